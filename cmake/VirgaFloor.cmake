@@ -1,0 +1,35 @@
+# One folder, one target: virga_floor(optics DEPENDS core) makes the static library virga_optics from src/optics/*.cpp.
+# PUBLIC: libraries that its headers name. PRIVATE: libraries that only its .cpp files see.
+
+add_library(virga_options INTERFACE)
+target_compile_options(virga_options INTERFACE -Wall -Wextra -Wpedantic)
+if(VIRGA_WARNINGS_AS_ERRORS)
+  target_compile_options(virga_options INTERFACE -Werror)
+endif()
+if(VIRGA_SANITIZE)
+  target_compile_options(virga_options INTERFACE -fsanitize=${VIRGA_SANITIZE} -fno-omit-frame-pointer -g)
+  target_link_options(virga_options INTERFACE -fsanitize=${VIRGA_SANITIZE})
+endif()
+
+function(virga_floor name)
+  cmake_parse_arguments(arg "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  file(GLOB headers CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.h)
+  list(TRANSFORM arg_DEPENDS PREPEND virga_)
+  add_library(virga_${name} STATIC ${sources} ${headers})
+  target_include_directories(virga_${name} PUBLIC ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(virga_${name} PUBLIC ${arg_DEPENDS} ${arg_PUBLIC} PRIVATE ${arg_PRIVATE} virga_options)
+endfunction()
+
+# virga_tests(optics DEPENDS optics sh) makes test_optics from tests/optics/*_test.cpp, each case known to CTest.
+function(virga_tests name)
+  cmake_parse_arguments(arg "" "" "DEPENDS;LIBRARIES" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  list(TRANSFORM arg_DEPENDS PREPEND virga_)
+  add_executable(test_${name} ${sources})
+  target_include_directories(test_${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_compile_definitions(test_${name} PRIVATE VIRGA_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
+  target_precompile_headers(test_${name} PRIVATE <gtest/gtest.h>)
+  target_link_libraries(test_${name} PRIVATE ${arg_DEPENDS} ${arg_LIBRARIES} GTest::gtest_main virga_options)
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,35 @@
+// Everything that is said to the user while working goes to standard error through here.
+#pragma once
+
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace virga::log {
+
+enum class Level { Quiet, Normal, Verbose };
+
+void setLevel(Level level);
+
+void writeInfo(std::string_view sentence);     ///< Normal and Verbose
+void writeDetail(std::string_view sentence);   ///< Verbose alone
+void writeWarning(std::string_view sentence);  ///< all but Quiet; something was repaired, guessed or left out
+
+template <class... Args>
+void info(fmt::format_string<Args...> format, Args&&... args)
+{
+    writeInfo(fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void detail(fmt::format_string<Args...> format, Args&&... args)
+{
+    writeDetail(fmt::format(format, std::forward<Args>(args)...));
+}
+template <class... Args>
+void warning(fmt::format_string<Args...> format, Args&&... args)
+{
+    writeWarning(fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace virga::log

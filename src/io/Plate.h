@@ -1,0 +1,141 @@
+// Plates in and out: what the floors above see of movies and image sequences. FFmpeg, OpenImageIO and OpenColorIO are
+// named in this folder's .cpp files alone.
+//
+// Pixels cross this border as scene-linear, premultiplied RGBA float32 in the plate's own primaries, top row first
+// (docs/conventions.md); io converts on both sides.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/FrameRange.h"
+#include "core/Image.h"
+
+namespace virga::io {
+
+/// What to do with a frame that cannot be read (`--on-error`).
+enum class OnError {
+    Stop,  ///< throw Error(Input) naming the file and the frame
+    Skip,  ///< leave the frame out of the result
+    Hold,  ///< use the last good frame before it (the first good one after it if there is none)
+};
+
+struct ReadOptions {
+    std::string colorspace;             ///< the plate's colour space by OpenColorIO name; empty: from metadata, else guess
+    std::optional<double> fps;          ///< overrides what the file says [1/s]
+    std::optional<FrameNumber> firstFrame;  ///< number of a movie's first frame (0)
+    OnError onError = OnError::Stop;
+};
+
+struct PlateInfo {
+    std::string path;         ///< as the user gave it
+    bool isMovie = false;
+    bool isStill = false;     ///< one image, no pattern
+    int width = 0, height = 0;
+    double fps = 24;          ///< frames per second (average, for a variable rate) [1/s]
+    std::vector<FrameNumber> frames;  ///< every frame that exists, ascending
+    bool hasAlpha = false;
+    int bitDepth = 8;         ///< of a channel in the file; 16 and 32 for half and float
+    bool isFloat = false;     ///< half or float file
+    std::string colorspace;   ///< the colour space that the pixels are converted from
+    std::string colorspaceSource;     ///< why: "flag", "metadata", "guess from ..."
+    std::string format;       ///< for the log: "h264 yuv420p", "openexr half"
+};
+
+/// Metadata, time stamps, source pixels: what a frame carries through to the writer untouched. Opaque above io.
+struct FrameExtras;
+
+struct PlateFrame {
+    FrameNumber number = 0;
+    double time_s = 0;        ///< presentation time from the start of the plate (number / fps for sequences) [s]
+    ImageF pixels;            ///< RGBA
+    std::shared_ptr<const FrameExtras> extras;
+    std::string repaired;     ///< empty, or a sentence: "held from frame 12: ..."
+};
+
+/// Reads frames by number, ahead of time on its own threads when they are asked for in the order of `schedule`.
+class PlateReader {
+public:
+    virtual ~PlateReader() = default;
+    virtual const PlateInfo& info() const = 0;
+
+    /// Frames that will be asked for, in order: lets the reader decode ahead and skip what nobody wants.
+    virtual void schedule(const std::vector<FrameNumber>& frames) = 0;
+
+    /// The frame, or nothing if it is damaged and OnError::Skip is set. Throws Error(Input) naming file and frame.
+    virtual std::optional<PlateFrame> read(FrameNumber number) = 0;
+};
+
+/// Opens a movie, one image, or a pattern ("shot.%04d.exr", "shot.####.exr"). Throws Error(Input).
+std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options);
+
+struct WriteOptions {
+    std::string outputColorspace;       ///< empty: the plate's own
+    std::string codec;                  ///< FFmpeg encoder name; empty: from the container and the plate
+    std::optional<double> quality;      ///< CRF or quantiser of the codec
+    bool half = true;                   ///< EXR channels as half (else float)
+    bool layers = false;                ///< EXR: write RenderedFrame::layers beside the beauty
+};
+
+/// One named image of a frame: channel c of `pixels` is written as "<name>.<channels[c]>".
+struct Layer {
+    std::string name;                   ///< "rain", "splash", "fog", "plate"
+    std::vector<std::string> channels;  ///< {"R","G","B","A"}, {"Z"}, {"x","y"}
+    ImageF pixels;
+    bool isData = false;                ///< no colour conversion: depth, motion
+};
+
+struct RenderedFrame {
+    FrameNumber number = 0;
+    ImageF beauty;                      ///< RGBA
+    std::vector<Layer> layers;
+    std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
+};
+
+/// Writes frames in the order given, encoding on its own thread. Everything is made under a temporary name in the
+/// output's folder and renamed when whole; unless finish() is called the destructor removes what is unfinished
+/// (frames of a sequence that were completed stay).
+class PlateWriter {
+public:
+    virtual ~PlateWriter() = default;
+    /// May block while earlier frames are being encoded. Throws Error(Output) for this or an earlier frame.
+    virtual void write(RenderedFrame frame) = 0;
+    /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C.
+    virtual void finish() = 0;
+};
+
+/// `path`: a movie, one image (only for one frame), or a pattern. Checks the folder, the format, the codec and the size
+/// before anything is rendered; throws Error(Output), Error(InvalidArgument) for a codec nobody knows.
+/// `plate` gives sound, metadata, time stamps and defaults, and must outlive the writer.
+std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
+                                               const WriteOptions& options);
+
+/// An image file as it is: all channels, no colour conversion. For depth ("Z"), mattes, panoramas' raw values.
+struct RawImage {
+    ImageF pixels;
+    std::vector<std::string> channelNames;  ///< as in the file: "R", "Z", "rain.A"
+    bool isFloat = false;                   ///< half or float in the file; integers are NOT scaled to 0..1 here
+    int bitDepth = 8;
+    bool isDisplayReferred = false;         ///< 8/16-bit picture formats that hold sRGB-like values
+};
+RawImage readRawImage(const std::string& path);
+
+/// A colour picture as scene-linear RGB(A) float: EXR/HDR as they are, PNG/JPEG through sRGB (or `colorspace`).
+ImageF readLinearImage(const std::string& path, const std::string& colorspace = {});
+
+/// Writes RGB(A) or single-channel float EXR with the given channel names, atomically. Throws Error(Output).
+void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half);
+/// Scene-linear RGB(A) -> 8-bit sRGB PNG, atomically. Values outside 0..1 are clipped. Throws Error(Output).
+void writePng(const std::string& path, ConstImageViewF linear);
+
+/// Names of one frame's file when `pattern` has %04d, #### , @ or $F4; `pattern` itself if it has none.
+std::string framePath(const std::string& pattern, FrameNumber number);
+bool isFramePattern(const std::string& pattern);
+/// Frames of a pattern that exist on disk, ascending. Throws Error(Input) naming the folder looked at if it is missing.
+std::vector<FrameNumber> findFrames(const std::string& pattern);
+
+}  // namespace virga::io

@@ -1,0 +1,46 @@
+#include "core/FrameRange.h"
+
+#include <gtest/gtest.h>
+
+#include "core/Error.h"
+
+namespace virga {
+namespace {
+
+using Frames = std::vector<FrameNumber>;
+
+TEST(FrameRange, ReadsWhatCompositorsWrite)
+{
+    EXPECT_EQ(parseFrameRange("7"), Frames({7}));
+    EXPECT_EQ(parseFrameRange("1-4"), Frames({1, 2, 3, 4}));
+    EXPECT_EQ(parseFrameRange("1-10x3"), Frames({1, 4, 7, 10}));
+    EXPECT_EQ(parseFrameRange("-8--5"), Frames({-8, -7, -6, -5}));
+    EXPECT_EQ(parseFrameRange("4-1"), Frames({4, 3, 2, 1}));
+    EXPECT_EQ(parseFrameRange("9-1x-4"), Frames({9, 5, 1}));
+    EXPECT_EQ(parseFrameRange("1-3, 8 2-4"), Frames({1, 2, 3, 8, 4}));
+    EXPECT_EQ(parseFrameRange("10000000-10000001"), Frames({10000000, 10000001}));
+}
+
+TEST(FrameRange, SaysWhichPartItCannotRead)
+{
+    for (const char* text : {"", ",", "a", "1-", "1--", "1-5x", "1-5x0", "1-5x-1", "1-5y2", "1.5"}) {
+        try {
+            parseFrameRange(text);
+            ADD_FAILURE() << "'" << text << "' was accepted";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+            EXPECT_NE(std::string(error.what()).find(text), std::string::npos);
+        }
+    }
+    EXPECT_THROW(parseFrameRange("0-1000", 100), Error);
+}
+
+TEST(FrameRange, FormatAndParseAreInverse)
+{
+    for (const Frames& frames : {Frames{1, 2, 3, 5, 7, 9}, Frames{1}, Frames{-5, -4, 9}, Frames{1, 5}, Frames{4, 3, 2}})
+        EXPECT_EQ(parseFrameRange(formatFrameRange(frames)), frames);
+    EXPECT_EQ(formatFrameRange({1, 2, 3, 5, 7, 9}), "1-3,5-9x2");
+}
+
+}  // namespace
+}  // namespace virga
