@@ -1,0 +1,148 @@
+#include "depth/DepthImage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/Error.h"
+#include "core/Parallel.h"
+
+namespace virga::depth {
+namespace {
+
+constexpr float kSky = std::numeric_limits<float>::infinity();
+constexpr float kHole = -1;
+
+// Writes into every hole the value of the nearest pixel that is none: the exact Euclidean distance transform of
+// Felzenszwalb & Huttenlocher 2004 ("Distance transforms of sampled functions"), carrying the place along. First the
+// nearest in the same column, then, along each row, the lower envelope of the parabolas (x - q)^2 + distance(q)^2.
+void fillHoles(ImageF& image)
+{
+    const int W = image.width(), H = image.height();
+    constexpr int kNone = -1;
+    Image<int> nearestRow(W, H, 1, kNone);
+    for (int y = 0; y < H; ++y)
+        for (int x = 0; x < W; ++x)
+            nearestRow.at(x, y) = image.at(x, y) != kHole ? y : y > 0 ? nearestRow.at(x, y - 1) : kNone;
+    for (int y = H - 2; y >= 0; --y)
+        for (int x = 0; x < W; ++x) {
+            const int above = nearestRow.at(x, y), below = nearestRow.at(x, y + 1);
+            if (below != kNone && (above == kNone || below - y < y - above)) nearestRow.at(x, y) = below;
+        }
+
+    const ImageF known = image;
+    parallelFor(0, H, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<int> centre(W);
+        std::vector<double> from(W + 1);
+        for (int y = int(first); y < int(last); ++y) {
+            const int* rows = nearestRow.row(y);
+            const auto height = [&](int q) { return double(rows[q] - y) * (rows[q] - y) + double(q) * q; };
+            int parabolas = 0;
+            for (int q = 0; q < W; ++q) {
+                if (rows[q] == kNone) continue;
+                double meet = -std::numeric_limits<double>::infinity();
+                while (parabolas > 0) {
+                    const int p = centre[parabolas - 1];
+                    meet = (height(q) - height(p)) / (2.0 * (q - p));
+                    if (meet > from[parabolas - 1]) break;
+                    meet = -std::numeric_limits<double>::infinity();
+                    --parabolas;
+                }
+                centre[parabolas] = q;
+                from[parabolas] = meet;
+                ++parabolas;
+            }
+            for (int x = 0, k = 0; x < W; ++x) {
+                if (known.at(x, y) != kHole) continue;
+                while (k + 1 < parabolas && from[k + 1] < x) ++k;
+                image.at(x, y) = parabolas > 0 ? known.at(centre[k], rows[centre[k]]) : kSky;
+            }
+        }
+    });
+}
+
+}  // namespace
+
+Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
+{
+    if (!(options.scale > 0) || !std::isfinite(options.scale))
+        throw Error(ErrorCode::InvalidArgument, "depth scale {} is not a number above 0", options.scale);
+    if (!(options.skyBeyond > 0))
+        throw Error(ErrorCode::InvalidArgument, "depth sky distance {} is not above 0", options.skyBeyond);
+    if (stored.empty() || stored.channels() < 1) throw Error(ErrorCode::Input, "the depth image has no pixels");
+
+    Depth depth;
+    depth.metres = ImageF(stored.width(), stored.height(), 1);
+    DepthCounts& counts = depth.counts;
+    counts.pixels = std::int64_t(stored.width()) * stored.height();
+    for (int y = 0; y < stored.height(); ++y)
+        for (int x = 0; x < stored.width(); ++x) {
+            const double value = stored.at(x, y);
+            float& out = depth.metres.at(x, y);
+            const double metres = options.invert ? options.scale / value : options.scale * value;
+            if (std::isnan(value))
+                out = kHole, ++counts.nan;
+            else if (options.noValue && value == *options.noValue)
+                out = kHole, ++counts.noValue;
+            else if (options.invert && value == 0)  // before its reciprocal, whose sign would be that of the zero
+                out = kSky, ++counts.infinite;
+            else if (!(float(metres) > 0))
+                out = kHole, ++counts.nonPositive;
+            else if (metres >= options.skyBeyond)
+                out = kSky, ++counts.infinite;
+            else
+                out = float(metres);
+        }
+    counts.filled = counts.nan + counts.nonPositive + counts.noValue;
+    if (counts.filled > 0) fillHoles(depth.metres);
+    return depth;
+}
+
+Depth resampleDepth(Depth depth, int width, int height, double tolerance)
+{
+    if (width < 1 || height < 1)
+        throw Error(ErrorCode::InvalidArgument, "a depth image cannot be resampled to {}x{}", width, height);
+    if (depth.metres.width() == width && depth.metres.height() == height) return depth;
+    const ImageF source = std::move(depth.metres);
+    depth.resampled = true;
+    depth.metres = ImageF(width, height, 1);
+    const double stepX = double(source.width()) / width, stepY = double(source.height()) / height;
+    const int lastX = source.width() - 1, lastY = source.height() - 1;
+    parallelFor(0, height, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (int y = int(first); y < int(last); ++y) {
+            const double sy = std::clamp((y + 0.5) * stepY - 0.5, 0.0, double(lastY));
+            const int y0 = int(sy), y1 = std::min(y0 + 1, lastY);
+            const double fy = sy - y0;
+            for (int x = 0; x < width; ++x) {
+                const double sx = std::clamp((x + 0.5) * stepX - 0.5, 0.0, double(lastX));
+                const int x0 = int(sx), x1 = std::min(x0 + 1, lastX);
+                const double fx = sx - x0;
+                const float a = source.at(x0, y0), b = source.at(x1, y0), c = source.at(x0, y1), d = source.at(x1, y1);
+                const float nearest = fy < 0.5 ? (fx < 0.5 ? a : b) : (fx < 0.5 ? c : d);
+                const auto [low, high] = std::minmax({a, b, c, d});
+                if (std::isinf(high) || high > low * (1 + tolerance))
+                    depth.metres.at(x, y) = nearest;
+                else
+                    depth.metres.at(x, y) =
+                        float(1 / ((1 - fy) * ((1 - fx) / a + fx / b) + fy * ((1 - fx) / c + fx / d)));
+            }
+        }
+    });
+    return depth;
+}
+
+DepthStatistics depthStatistics(ConstImageViewF metres)
+{
+    std::vector<float> finite;
+    for (int y = 0; y < metres.height(); ++y)
+        for (int x = 0; x < metres.width(); ++x)
+            if (std::isfinite(metres.at(x, y))) finite.push_back(metres.at(x, y));
+    if (finite.empty()) return {kSky, kSky, kSky, 0};
+    const auto middle = finite.begin() + std::ptrdiff_t(finite.size() / 2);
+    std::nth_element(finite.begin(), middle, finite.end());
+    const auto [low, high] = std::minmax_element(finite.begin(), finite.end());
+    return {*low, *middle, *high, std::int64_t(finite.size())};
+}
+
+}  // namespace virga::depth
