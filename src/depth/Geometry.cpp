@@ -11,6 +11,8 @@
 namespace virga::depth {
 namespace {
 
+constexpr double kSameSurface = 0.03;  // neighbours whose inverse depths differ by less share a surface
+
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -83,11 +85,12 @@ ImageF groundDepth(int width, int height, double horizontalFov, double cameraHei
     return groundDepth(width, height, horizontalFov, cameraHeight, upInCamera(pitch));
 }
 
-ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up)
+ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up, int reach)
 {
     const int W = metres.width(), H = metres.height();
     const Pinhole camera(W, H, horizontalFov);
     const Vector normalUp = unit(up);
+    if (reach < 1) throw Error(ErrorCode::InvalidArgument, "a reach of {} pixels is not at least 1", reach);
     ImageF facing(W, H, 1, 0.0f);
     parallelFor(0, H, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (int y = int(first); y < int(last); ++y)
@@ -95,22 +98,27 @@ ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up)
                 const double depth = metres.at(x, y);
                 if (!std::isfinite(depth)) continue;
                 const Vector here = camera.point(x, y, depth);
-                // Difference per pixel step towards the neighbour (before or after) that is nearer in inverse depth.
+                // Between the neighbours on both sides where both are on this surface, else from here to the nearer.
                 const auto difference = [&](int dx, int dy, Vector& out) {
-                    double least = std::numeric_limits<double>::infinity();
-                    for (const int step : {-1, 1}) {
-                        const int nx = x + step * dx, ny = y + step * dy;
+                    Vector side[2] = {here, here};
+                    double apart[2];
+                    for (const int k : {0, 1}) {
+                        const int nx = x + (k ? dx : -dx), ny = y + (k ? dy : -dy);
+                        apart[k] = std::numeric_limits<double>::infinity();
                         if (nx < 0 || ny < 0 || nx >= W || ny >= H || !std::isfinite(metres.at(nx, ny))) continue;
-                        const double apart = std::abs(1 / metres.at(nx, ny) - 1 / depth);
-                        if (apart >= least) continue;
-                        least = apart;
-                        const Vector there = camera.point(nx, ny, metres.at(nx, ny));
-                        out = step > 0 ? minus(there, here) : minus(here, there);
+                        apart[k] = std::abs(depth / metres.at(nx, ny) - 1);
+                        side[k] = camera.point(nx, ny, metres.at(nx, ny));
                     }
-                    return std::isfinite(least);
+                    if (std::max(apart[0], apart[1]) < kSameSurface)
+                        out = minus(side[1], side[0]);
+                    else if (std::isinf(std::min(apart[0], apart[1])))
+                        return false;
+                    else
+                        out = apart[1] < apart[0] ? minus(side[1], here) : minus(here, side[0]);
+                    return true;
                 };
                 Vector right, down;
-                if (!difference(1, 0, right) || !difference(0, 1, down)) continue;
+                if (!difference(reach, 0, right) || !difference(0, reach, down)) continue;
                 Vector normal = cross(down, right);
                 const double length = std::sqrt(dot(normal, normal));
                 if (!(length > 0)) continue;

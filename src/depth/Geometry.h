@@ -26,10 +26,13 @@ ImageF groundDepth(int width, int height, double horizontalFov, double cameraHei
 ImageF groundDepth(int width, int height, double horizontalFov, double cameraHeight, double pitch);
 
 /// How much each pixel's surface faces up: max(0, normal . up), 0 for the sky. W x H x 1, in [0, 1].
-/// The normal is the cross product of two differences of neighbouring points, on each axis towards the neighbour that
-/// is nearer in inverse depth; so a pixel at an edge takes the side that it belongs to, and planes are exact. A surface
-/// a single pixel wide has no neighbour of its own and is wrong. `up` in camera axes, any length. The reference for the
-/// GPU's splash pass. metres: as sanitizeDepth leaves them. Throws as groundDepth does.
-ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up);
+/// The normal is the cross product of two differences of points, one on each axis, between the neighbours `reach`
+/// pixels to both sides; where one of them is on another surface (inverse depth off by 3 % or more), between here and
+/// the one that is nearer in inverse depth. So a pixel at an edge takes the side that it belongs to, and planes are
+/// exact. A surface narrower than `reach` has no neighbour of its own and is wrong. Rendered depth wants a reach of 1;
+/// measured depth is stepped and wants about 1 % of the picture's width. `up` in camera axes, any length. metres: as
+/// sanitizeDepth leaves them. The reference for the GPU's splash pass. Throws as groundDepth does, and if reach is
+/// below 1.
+ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up, int reach = 1);
 
 }  // namespace virga::depth

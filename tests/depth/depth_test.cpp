@@ -183,17 +183,19 @@ TEST(Geometry, GroundFacesUpAndWallsDoNot)
         ImageF depth = groundDepth(W, H, fov, 2, up);
         for (int y = 0; y < 45; ++y)  // a board held before the camera, over ground and sky
             for (int x = 30; x < 50; ++x) depth.at(x, y) = 2;
-        const ImageF facing = upFacing(depth, fov, up);
-        const double length = std::sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
-        for (int y = 0; y < H; ++y)
-            for (int x = 0; x < W; ++x) {
-                const bool board = x >= 30 && x < 50 && y < 45;
-                const bool sky = std::isinf(depth.at(x, y));
-                const bool far = depth.at(x, y) >= 100;  // float depth is too coarse for a normal near the horizon
-                if (far && !sky) continue;
-                const double expected = board ? up[2] / length : sky ? 0 : 1;
-                EXPECT_NEAR(facing.at(x, y), expected, 1e-3) << x << " " << y;
-            }
+        for (const int reach : {1, 4}) {
+            const ImageF facing = upFacing(depth, fov, up, reach);
+            const double length = std::sqrt(up[0] * up[0] + up[1] * up[1] + up[2] * up[2]);
+            for (int y = 0; y < H; ++y)
+                for (int x = 0; x < W; ++x) {
+                    const bool board = x >= 30 && x < 50 && y < 45;
+                    const bool sky = std::isinf(depth.at(x, y));
+                    const bool far = depth.at(x, y) >= 100;  // float depth is too coarse for a normal near the horizon
+                    if (far && !sky) continue;
+                    const double expected = board ? up[2] / length : sky ? 0 : 1;
+                    EXPECT_NEAR(facing.at(x, y), expected, 1e-3) << x << " " << y;
+                }
+        }
     }
 }
 
@@ -205,6 +207,7 @@ TEST(Geometry, NamesTheValueThatIsOutOfRange)
     EXPECT_THROW(groundDepth(5, 5, 1, -1, 0.0), Error);
     EXPECT_THROW(groundDepth(5, 5, 1, kNan, 0.0), Error);
     EXPECT_THROW(groundDepth(5, 5, 1, 1, Vector{0, 0, 0}), Error);
+    EXPECT_THROW(upFacing(ImageF(5, 5, 1, 1.0f), 1, Vector{0, 1, 0}, 0), Error);
 }
 
 }  // namespace
