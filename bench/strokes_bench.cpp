@@ -1,0 +1,143 @@
+// Frame times of the stroke renderer: drops to picture, on this machine's device.
+//   bench_strokes [--device auto|cpu|gpu|N] [--frames N] [--write FILE.ppm]
+// Prints the machine, then a line a case; GPU time by timer queries, read-back and list building apart.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/Error.h"
+#include "core/Timer.h"
+#include "gl/Context.h"
+#include "gl/PassTimer.h"
+#include "matte/OscillatingDrops.h"
+#include "particles/RainField.h"
+#include "passes/CompositePass.h"
+#include "passes/StrokePass.h"
+
+namespace {
+
+using namespace virga;
+
+struct Case {
+    const char* name;
+    int width, height;
+    double strokes;
+    bool light;  ///< fog and depth too
+};
+
+double median(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+void writePicture(const std::string& path, const ImageF& image)
+{
+    std::ofstream file(path, std::ios::binary);
+    file << "P6\n" << image.width() << " " << image.height() << "\n255\n";
+    for (int y = 0; y < image.height(); ++y)
+        for (int x = 0; x < image.width(); ++x)
+            for (int c = 0; c < 3; ++c) {
+                const float v = std::clamp(image.at(x, y, c), 0.0f, 1.0f);
+                file.put(char(std::lround(255 * std::pow(v, 1 / 2.2f))));
+            }
+}
+
+void run(const Case& c, int frames, const std::string& picture)
+{
+    const rainfall::DropSizes sizes(25);
+    const particles::Motion motion({.wind = {0.8, 0.0}, .gust = 0.3, .turbulence = 0.25});
+    particles::Exposure exposure;
+    exposure.duration_s = 1.0 / 48;
+    exposure.projection = camera::projectionFromHorizontalFov(c.width, c.height, 60 * 3.14159265 / 180);
+    const particles::Visibility visibility{.near_m = 0.5, .far_m = 500, .threshold = 0.002};
+
+    const particles::RainField plain(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1);
+    const double scale = c.strokes / plain.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
+    const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1, scale);
+
+    passes::Features features;
+    features.rain = true;
+    features.fog = features.depth = c.light;
+    passes::FrameTargets targets(c.width, c.height, features);
+    passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1));
+    const passes::CompositePass composite(features);
+
+    ImageF plate(c.width, c.height, 4, 0.05f), depth(c.width, c.height, 1, 40.0f), white(64, 32, 3, 0.9f);
+    targets.uploadPlate(plate);
+    if (c.light) targets.uploadDepth(depth);
+    if (c.light) targets.uploadFogTable(std::vector<float>(256, 0.05f));
+    targets.uploadDropRadiance(white, white);
+
+    gl::PassTimer timer;
+    std::map<std::string, std::vector<double>> times;
+    std::size_t drawn = 0, listed = 0;
+    for (int f = 0; f < frames + 2; ++f) {
+        exposure.open_s = f / 24.0;
+        Timer list;
+        const particles::CellList cells = field.cellsInView(exposure, visibility);
+        const double list_ms = list.milliseconds();
+
+        shared::FrameConstants constants{};
+        constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
+        const float focal = float(exposure.projection.focal_px);
+        constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
+        constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1.0f};
+        constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
+        constants.picture = {c.width, c.height, 0, 0};
+        strokes.describe(constants, cells);
+        targets.setConstants(constants);
+        targets.bind();
+        timer.begin();
+        strokes.run(targets, cells);
+        timer.mark("strokes");
+        composite.run(targets);
+        timer.mark("composite");
+        Timer read;
+        const auto gpu = timer.collect();
+        const double gpuWait = read.milliseconds();
+        read.restart();
+        const ImageF beauty = targets.readBeauty();
+        if (f >= 2) {  // the first two compile and warm up
+            for (const auto& [name, ms] : gpu) times[name].push_back(ms);
+            times["cells"].push_back(list_ms);
+            times["read-back"].push_back(read.milliseconds());
+            times["wait"].push_back(gpuWait);
+        }
+        drawn = strokes.strokeCount();
+        listed = cells.drops;
+        if (f == frames + 1 && !picture.empty()) writePicture(picture, beauty);
+    }
+    std::printf("%-34s strokes %8zu of %8zu listed |", c.name, drawn, listed);
+    for (const auto& [name, values] : times) std::printf(" %s %.2f ms", name.c_str(), median(values));
+    std::printf("\n");
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+try {
+    std::string device = "auto", picture;
+    int frames = 20;
+    for (int i = 1; i + 1 < argc; i += 2) {
+        if (std::strcmp(argv[i], "--device") == 0) device = argv[i + 1];
+        if (std::strcmp(argv[i], "--frames") == 0) frames = std::atoi(argv[i + 1]);
+        if (std::strcmp(argv[i], "--write") == 0) picture = argv[i + 1];
+    }
+    const gl::Context context(device);
+    std::printf("%s, OpenGL %s\n", context.device().renderer.c_str(), context.device().version.c_str());
+    run({"strokes.80k.720x480", 720, 480, 80e3, false}, frames, picture);
+    run({"strokes.80k.720x480.fog+depth", 720, 480, 80e3, true}, frames, {});
+    run({"strokes.300k.1920x1080.fog+depth", 1920, 1080, 300e3, true}, std::max(frames / 4, 3), {});
+    if (!context.device().isSoftware)
+        run({"strokes.5M.1280x1024.fog+depth", 1280, 1024, 5e6, true}, frames, {});
+    return 0;
+} catch (const virga::Error& error) {
+    std::fprintf(stderr, "bench_strokes: %s\n", error.what());
+    return virga::exitCode(error.code());
+}

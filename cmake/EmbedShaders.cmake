@@ -1,0 +1,11 @@
+# Writes OUTPUT: a C++ file with every shader under ROOT as a raw string, keyed by its path below ROOT.
+file(GLOB_RECURSE shaders RELATIVE ${ROOT} ${ROOT}/*.glsl ${ROOT}/*.comp)
+list(SORT shaders)
+set(text "// Generated from shaders/ by cmake/EmbedShaders.cmake.\n#include \"gl/ShaderSource.h\"\n\nnamespace virga::gl {\n\n")
+string(APPEND text "std::span<const EmbeddedShader> embeddedShaders()\n{\n    static const EmbeddedShader all[] = {\n")
+foreach(shader ${shaders})
+  file(READ ${ROOT}/${shader} body)
+  string(APPEND text "        {\"${shader}\", R\"GLSL(${body})GLSL\"},\n")
+endforeach()
+string(APPEND text "    };\n    return all;\n}\n\n}  // namespace virga::gl\n")
+file(WRITE ${OUTPUT} "${text}")

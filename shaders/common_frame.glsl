@@ -1,0 +1,32 @@
+// Bindings and small functions that every pass of a frame shares.
+#define VIRGA_FN
+#include "shared/frame.glsl"
+
+layout(std430, binding = 0) readonly buffer FrameBlock { FrameConstants frame; };
+
+/// Optical depth of the accumulators is kept in steps of 2^-18: sums up to 16384 fit, and the faintest stroke that is
+/// drawn (alpha = 0.002) still has 500 steps.
+const float opticalDepthSteps = 262144.0;
+
+/// -ln(1 - alpha) without cancellation for small alpha.
+float opticalDepthOf(float alpha)
+{
+    return alpha < 0.01 ? alpha * (1.0 + alpha * (0.5 + alpha * (1.0 / 3.0))) : -log(1.0 - min(alpha, 0.998));
+}
+
+/// Where optical depth to `depth` [m] stands in the fog table: d / (d + scale), so that infinity has a place.
+float fogTablePlace(float depth) { return isinf(depth) ? 1.0 : depth / (depth + frame.focus.w); }
+
+/// Direction of a pixel in camera axes, not normalised: z = -1.
+vec3 pixelRay(vec2 pixel)
+{
+    return vec3((pixel.x - frame.lens.z) / frame.lens.x, -(pixel.y - frame.lens.w) / frame.lens.x, -1.0);
+}
+
+/// Place of a world direction on an equirectangular map (docs/conventions.md): +y at the top, -z in the middle column,
+/// +x a quarter to the right.
+vec2 equirectangular(vec3 direction)
+{
+    vec3 d = normalize(direction);
+    return vec2(0.5 + atan(d.x, -d.z) * 0.15915494309, 0.5 - asin(clamp(d.y, -1.0, 1.0)) * 0.31830988618);
+}

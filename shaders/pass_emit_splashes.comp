@@ -1,0 +1,114 @@
+// Drops that hit what faces up. A block of pixels that shows such a surface asks which impacts of the last moments, in
+// the cells of a horizontal grid that it covers, project into it; the one block that an impact falls into draws it.
+// Impacts are hashed by (seed, cell, time slot), so they stand in the world and any frame can be made alone.
+// Reads: depth, fog table. Writes: a list of splashes.
+#include "common_frame.glsl"
+#include "shared/drop_field.glsl"
+#include "shared/splash.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 1) uniform sampler2D sceneDepth;
+#ifdef FOG
+layout(binding = 2) uniform sampler2D fogTable;
+#endif
+layout(std430, binding = 12) writeonly buffer Splashes { Splash splashes[]; };
+layout(std430, binding = 13) buffer SplashList { uint splashGroups, splashY, splashZ, splashCount; };
+
+const int blockSize = 4;          // pixels along the edge of a block
+const float faceUp = 0.7;         // least cosine between the surface's normal and up
+const float atEdge = 0.1;         // relative step in depth over half a block that is taken for an edge
+const uint mostPerCell = 8u;
+
+/// The point that a pixel shows, from the camera, world axes.
+vec3 pointAt(vec2 pixel, float depth)
+{
+    return transpose(mat3(frame.cameraFromWorldOpen)) * (pixelRay(pixel) * depth);
+}
+
+float depthAt(ivec2 pixel) { return texelFetch(sceneDepth, clamp(pixel, ivec2(0), ivec2(frame.picture.xy) - 1), 0).r; }
+
+void emit(vec3 hit, uvec4 bits, uvec4 more, float age, float depth, float weight)
+{
+    vec3 inCamera = mat3(frame.cameraFromWorldOpen) * hit;
+    float diameter = truncatedExponential(unitFloat(bits.z), frame.splashDrop.x, frame.splashDrop.y, frame.splashDrop.z);
+    Splash splash = splashOf(diameter * frame.splash.z, age, more);
+    float scale = frame.lens.x / -inCamera.z;
+    splash.place = vec4(frame.lens.zw + scale * vec2(inCamera.x, -inCamera.y), scale, -inCamera.z);
+    splash.look.w = weight;
+#ifdef FOG
+    splash.light.x = exp(-textureLod(fogTable, vec2(fogTablePlace(depth), 0.5), 0.0).r);
+#endif
+    uint at = atomicAdd(splashCount, 1u);
+    if (at >= frame.splashKey.w) return;  // the list is full: denser than a picture can show
+    atomicMax(splashGroups, at / 64u + 1u);
+    splashes[at] = splash;
+}
+
+void main()
+{
+    ivec2 corner = ivec2(gl_GlobalInvocationID.xy) * blockSize;
+    if (any(greaterThanEqual(corner, ivec2(frame.picture.xy)))) return;
+    ivec2 pixel = corner + blockSize / 2;
+    float depth = depthAt(pixel);
+    if (!(depth < frame.splashDrop.w)) return;
+
+    // The plane through the block, from the neighbours on the side where depth changes least.
+    const int reach = blockSize / 2;
+    float left = depthAt(pixel - ivec2(reach, 0)), right = depthAt(pixel + ivec2(reach, 0));
+    float above = depthAt(pixel - ivec2(0, reach)), below = depthAt(pixel + ivec2(0, reach));
+    bool useRight = abs(right - depth) < abs(left - depth), useBelow = abs(below - depth) < abs(above - depth);
+    float beside = useRight ? right : left, over = useBelow ? below : above;
+    if (abs(beside - depth) > atEdge * depth || abs(over - depth) > atEdge * 4.0 * depth) return;
+    vec2 centre = vec2(pixel) + 0.5;
+    vec3 here = pointAt(centre, depth);
+    vec3 across = pointAt(centre + vec2(useRight ? reach : -reach, 0.0), beside) - here;
+    vec3 down = pointAt(centre + vec2(0.0, useBelow ? reach : -reach), over) - here;
+    vec3 normal = normalize(cross(across, down));
+    if (normal.y < 0.0) normal = -normal;
+    if (normal.y < faceUp) return;
+
+    // Cells as large as the block's footprint on the ground, so that it touches four at most.
+    vec2 spanX = abs(across.xz) * 2.0, spanY = abs(down.xz) * 2.0;
+    float span = max(max(spanX.x + spanY.x, spanX.y + spanY.y), frame.splashGrid.x);
+    float level = ceil(log2(span / frame.splashGrid.x));
+    float edge = frame.splashGrid.x * exp2(level);
+    float events = frame.splash.x * exp2(2.0 * level);
+    // Where a cell holds more impacts than can be told apart, each stands for several.
+    float weight = max(1.0, events / float(mostPerCell));
+    float mean = min(events, float(mostPerCell));
+
+    // splashGrid.yz: camera from the origin of the grid's coarsest cells, so that floats stay small.
+    vec2 ground = here.xz + frame.splashGrid.yz;
+    ivec2 first = ivec2(floor((ground - 0.5 * span) / edge)), last = ivec2(floor((ground + 0.5 * span) / edge));
+    last = min(last, first + 1);
+    for (int j = first.y; j <= last.y; ++j)
+        for (int i = first.x; i <= last.x; ++i)
+            for (uint slot = 0u; slot < 2u; ++slot) {
+                uvec4 cell = hash4(uvec4(uint(i) + frame.splashKey.y, uint(j) + frame.splashKey.z,
+                                         frame.splashTime.x - slot, frame.splashKey.x + uint(level) * 977u));
+                // A Poisson number of so small a mean, cut at the most that is drawn.
+                float term = exp(-mean), sum = term, u = unitFloat(cell.x);
+                uint count = 0u;
+                while (u > sum && count < 3u * mostPerCell) {
+                    ++count;
+                    term *= mean / float(count);
+                    sum += term;
+                }
+                for (uint event = 0u; event < count; ++event) {
+                    uvec4 bits = hash4(uvec4(cell.y, cell.z, cell.w, event));
+                    uvec4 more = hash4(bits);
+                    // Impacts of slot s happen during it and show for a lifetime: this slot's young, the last one's old.
+                    float age = frame.splash.w - unitFloat(bits.w) + float(slot);
+                    if (age < 0.0 || age >= 1.0) continue;
+                    vec2 at = (vec2(i, j) + vec2(unitFloat(bits.x), unitFloat(bits.y))) * edge - frame.splashGrid.yz;
+                    vec3 hit = vec3(at.x, here.y - dot(normal.xz, at - here.xz) / normal.y, at.y);
+                    vec3 inCamera = mat3(frame.cameraFromWorldOpen) * hit;
+                    if (-inCamera.z < frame.range.x) continue;
+                    vec2 onPicture = frame.lens.zw + frame.lens.x / -inCamera.z * vec2(inCamera.x, -inCamera.y);
+                    vec2 inBlock = onPicture - vec2(corner);
+                    if (any(lessThan(inBlock, vec2(0.0))) || any(greaterThanEqual(inBlock, vec2(blockSize)))) continue;
+                    emit(hit, bits, more, age, -inCamera.z, weight);
+                }
+            }
+}

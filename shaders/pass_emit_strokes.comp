@@ -1,0 +1,111 @@
+// Drops of the listed cells that are seen, as strokes. One work group a cell.
+// Reads: cells, classes, waves, fog table. Writes: two lists of strokes, those that cover many pixels apart.
+#include "common_frame.glsl"
+#include "shared/drop_field.glsl"
+#include "shared/visibility.glsl"
+
+layout(local_size_x = 32) in;
+
+layout(std430, binding = 1) readonly buffer Cells { Cell cells[]; };
+layout(std430, binding = 2) readonly buffer Classes
+{
+    TurbulenceWave waves[4];
+    DropClass classes[];
+};
+layout(std430, binding = 3) writeonly buffer Strokes { Stroke strokes[]; };
+layout(std430, binding = 6) buffer Lists
+{
+    uint smallGroups, smallY, smallZ, smallCount;  // the first three are the arguments of an indirect dispatch
+    uint largeGroups, largeY, largeZ, largeCount;
+};
+#ifdef FOG
+layout(binding = 2) uniform sampler2D fogTable;
+#endif
+
+/// Frequency of a drop's main oscillation [Hz]. Rayleigh 1879, mode 2, water at 20 C: 344 Hz at 1 mm.
+float oscillationFrequency(float diameter)
+{
+    return 3.8488e-3 * inversesqrt(0.125 * diameter * diameter * diameter);
+}
+
+/// Twin of matte::oscillationStrength.
+float oscillationStrength(float diameter)
+{
+    float mm = 1e3 * diameter;
+    return smoothstep(0.8, 1.4, mm) * (1.0 - 0.5 * smoothstep(1.6, 2.6, mm));
+}
+
+/// Twin of matte::strokeLayer.
+uint strokeLayer(float beadCycles, float strength, float random)
+{
+    float groups = frame.atlas.x, variants = frame.atlas.y;
+    float group = 0.0;
+    if (beadCycles > 0.0)
+        group = clamp(floor(frame.atlas.w * log2(beadCycles / frame.atlas.z) + 0.5), 0.0, groups - 1.0);
+    float few = min(2.0, variants);
+    float choices = groups == 1.0 ? variants : few + strength * (variants - few);
+    float variant = clamp(floor(random * choices), 0.0, variants - 1.0);
+    return uint(group * variants + variant);
+}
+
+bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
+{
+    vec3 open = mat3(frame.cameraFromWorldOpen) * drop.open;
+    vec3 close = mat3(frame.cameraFromWorldClose) * drop.close;
+    float depthOpen = -open.z, depthClose = -close.z;
+    float depth = 0.5 * (depthOpen + depthClose);
+    float near = frame.range.x;
+    if (min(depthOpen, depthClose) < near || depth > frame.range.y) return false;
+    if (depth > visibleDepth(drop.diameter, dropClass.travel.w * frame.focus.z, frame.lens.x, frame.range.z))
+        return false;
+
+    vec2 start = frame.lens.zw + frame.lens.x / depthOpen * vec2(open.x, -open.y);
+    vec2 end = frame.lens.zw + frame.lens.y / depthClose * vec2(close.x, -close.y);
+    float width = frame.lens.x * drop.diameter / depth;
+    float confusion = frame.lens.x * frame.focus.x * abs(1.0 / depth - frame.focus.y);
+    // Variances of the drop's and the lens's profiles add.
+    float full = sqrt(width * width + confusion * confusion);
+    float halfWidth = 0.5 * max(full, 1.0);
+
+    vec2 low = min(start, end) - halfWidth - 1.0, high = max(start, end) + halfWidth + 1.0;
+    if (any(lessThan(high, vec2(0.0))) || any(greaterThan(low, vec2(frame.picture.xy)))) return false;
+
+    // pi/4 w^2: the drop's disc, wherever it is while the shutter is open.
+    float covered = 0.78539816 * width * width * frame.range.w;
+    float random = unitFloat(drop.look);
+    float beads = oscillationFrequency(drop.diameter) * frame.focus.z;
+    uint layer = strokeLayer(beads, oscillationStrength(drop.diameter), random);
+
+    stroke.path = vec4(start, end);
+    stroke.body = vec4(halfWidth, covered, depthOpen, depthClose);
+    stroke.look = vec4(float(layer), 1.0, width / (2.0 * halfWidth), (drop.look & 1u) == 0u ? 1.0 : -1.0);
+    stroke.spare = vec4(0.0, 0.0, 0.0, 0.25 * confusion);
+#ifdef FOG
+    stroke.look.y = exp(-texture(fogTable, vec2(fogTablePlace(depth), 0.5)).r);
+#endif
+    return true;
+}
+
+void main()
+{
+    uint number = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
+    if (number >= frame.picture.z) return;
+    Cell cell = cells[number];
+    DropClass dropClass = classes[cell.key.z];
+    for (uint index = gl_LocalInvocationID.x; index < cell.key.w; index += gl_WorkGroupSize.x) {
+        Drop drop = dropInCell(cell, dropClass, waves[0], waves[1], waves[2], waves[3], index);
+        Stroke stroke;
+        if (!strokeOf(drop, dropClass, stroke)) continue;
+        vec2 extent = abs(stroke.path.zw - stroke.path.xy) + 2.0 * stroke.body.x;
+        float footprint = max(extent.x, extent.y) * (2.0 * stroke.body.x + 1.0);
+        if (footprint <= frame.atlasSize.w) {
+            uint at = atomicAdd(smallCount, 1u);
+            atomicMax(smallGroups, at / 64u + 1u);
+            strokes[at] = stroke;
+        } else {
+            uint at = atomicAdd(largeCount, 1u);
+            atomicMax(largeGroups, at + 1u);
+            strokes[frame.picture.w - 1u - at] = stroke;  // the two lists grow towards each other
+        }
+    }
+}

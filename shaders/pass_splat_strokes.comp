@@ -1,0 +1,28 @@
+// Adds the strokes to the accumulators. SMALL: one invocation a stroke; else one work group a stroke, a row an
+// invocation, for the few that cover many pixels.
+#include "common_frame.glsl"
+#include "strokes_splat.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 3) readonly buffer Strokes { Stroke strokes[]; };
+layout(std430, binding = 6) readonly buffer Lists
+{
+    uint smallGroups, smallY, smallZ, smallCount;
+    uint largeGroups, largeY, largeZ, largeCount;
+};
+
+void main()
+{
+#ifdef SMALL
+    if (gl_GlobalInvocationID.x >= smallCount) return;
+    Stroke stroke = strokes[gl_GlobalInvocationID.x];
+    Walk walk = walkOf(stroke);
+    for (int row = walk.rows.x; row < walk.rows.y; ++row) splatRow(stroke, walk, row);
+#else
+    Stroke stroke = strokes[frame.picture.w - 1u - gl_WorkGroupID.x];
+    Walk walk = walkOf(stroke);
+    for (int row = walk.rows.x + int(gl_LocalInvocationID.x); row < walk.rows.y; row += int(gl_WorkGroupSize.x))
+        splatRow(stroke, walk, row);
+#endif
+}

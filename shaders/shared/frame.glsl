@@ -1,0 +1,28 @@
+// What all passes of one frame share. Compiled by GLSL (std430) and C++ (shared/alias.h); rows of 16 bytes.
+
+struct FrameConstants {
+    mat4 cameraFromWorldOpen;   // rotation alone; places are given from the camera
+    mat4 cameraFromWorldClose;
+    vec4 lens;       // x: focal length at open [px]; y: at close [px]; z, w: optical axis on the picture [px]
+    vec4 range;      // x: near [m]; y: far [m]; z: visibility threshold / opacity; w: opacity multiplier
+    vec4 focus;      // x: aperture diameter [m]; y: 1 / focus distance [1/m]; z: exposure [s]; w: fog table depth scale [m]
+    uvec4 picture;   // x: width; y: height; z: cells; w: capacity of each stroke list
+    vec4 fogColor;   // rgb: airlight if w = 1; w = 0: the light that a drop returns
+    vec4 boost;      // x: background boost c; y: 1 paper's C + cB, 0 energy-keeping C + c(B - Blow); z: optical depth at infinity; w: -
+    vec4 grade;      // x: darken; y: desaturate; z: blur sigma at infinite depth [px]; w: depth scale of the blur [m]
+    vec4 atlas;      // x: groups; y: variants; z: first bead cycles; w: groups per octave
+    vec4 atlasSize;  // x: texels across; y: texels along; z: tile width / drop diameter; w: largest footprint of a small stroke [px]
+    vec4 splash;     // x: events per cell of edge splashGrid.x and slot; y: lifetime [s]; z: size multiplier; w: time in slots, fraction
+    vec4 splashGrid; // x: smallest cell edge [m]; y: camera x in cells' origin; z: camera z; w: camera height
+    uvec4 splashKey; // x: seed; y: slot number; z, w: grid origin hash offsets
+    vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]
+    uvec4 splashTime; // x: low bits of the slot; y: high bits; z, w: -
+};
+
+/// A drop's way across the picture while the shutter is open.
+struct Stroke {
+    vec4 path;   // x, y: start; z, w: end [px]
+    vec4 body;   // x: half width, defocus included [px]; y: what the drop covers, in pixels times exposures; z, w: depth at start, end [m]
+    vec4 look;   // x: matte layer; y: share of the light that the fog in front lets through; z: drop width / full width; w: +1 or -1, the matte mirrored
+    vec4 spare;  // x: radiance of local lights, rgb; w: blur along the path [px]
+};

@@ -1,0 +1,71 @@
+// The camera: a pinhole with square pixels, its exposure, and tracks that move it. docs/conventions.md has the axes:
+// world right-handed, +y up; the camera looks down -z; image x right, y down, pixel (0, 0) centred at (0.5, 0.5).
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/FrameRange.h"
+
+namespace virga::camera {
+
+/// Where the camera stands and looks. Double precision: a world may be large.
+struct Pose {
+    glm::dvec3 position{0.0};         ///< [m]
+    glm::dmat3 worldFromCamera{1.0};  ///< rotation; columns are the camera's x, y, z axes in the world
+    std::optional<double> verticalFov;  ///< [rad], when the track zooms
+};
+
+/// What a pose becomes on a picture of a given size.
+struct Projection {
+    int width = 0, height = 0;
+    double focal_px = 0;  ///< focal length in pixels: x_px = width/2 + focal_px * x / depth
+};
+
+/// horizontalFov in (0, pi) [rad].
+Projection projectionFromHorizontalFov(int width, int height, double horizontalFov) noexcept;
+Projection projectionFromVerticalFov(int width, int height, double verticalFov) noexcept;
+
+/// Depth along -z [m] and place on the picture [px] of a point given in camera axes. depth <= 0 is behind the camera,
+/// and then `px` means nothing.
+struct Projected {
+    glm::dvec2 px;
+    double depth;
+};
+Projected project(const Projection& projection, const glm::dvec3& inCamera) noexcept;
+
+/// A camera that moves: one pose a frame, positions and rotations between frames interpolated (linear, slerp), held
+/// before the first and after the last.
+class Track {
+public:
+    Track() = default;
+    explicit Track(std::map<FrameNumber, Pose> poses) : poses_(std::move(poses)) {}
+
+    /// frame need not be whole: the shutter closes between frames.
+    Pose at(double frame) const;
+    bool isStatic() const;  ///< all poses equal (or none at all)
+    bool empty() const { return poses_.empty(); }
+    FrameNumber firstFrame() const { return poses_.begin()->first; }
+    FrameNumber lastFrame() const { return poses_.rbegin()->first; }
+
+private:
+    std::map<FrameNumber, Pose> poses_;
+};
+
+/// Reads a Nuke .chan file: lines of `frame tx ty tz rx ry rz [vertical-fov]`, metres and degrees, rotation order ZXY
+/// (Nuke's default: R = Ry Rx Rz, z is applied first). '#' starts a comment.
+/// Throws Error(Input) naming the file, the line and what is wrong with it.
+Track readChan(const std::string& path);
+
+/// R = Ry(ry) Rx(rx) Rz(rz), angles in radians.
+glm::dmat3 rotationZXY(double rx, double ry, double rz) noexcept;
+
+/// A level camera tilted: positive pitch looks down [rad].
+Pose pitchedPose(const glm::dvec3& position, double pitch) noexcept;
+
+}  // namespace virga::camera

@@ -1,0 +1,198 @@
+#include "particles/RainField.h"
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "core/Parallel.h"
+#include "particles/CellHash.h"
+#include "particles/PoissonTable.h"
+
+namespace virga::particles {
+namespace {
+
+constexpr double dropsPerCell = 24;     // fills a work group of 32 and keeps the list of cells short
+constexpr double largestCellEdge = 8;   // [m]; rare drops live in cells that hold less than one
+
+/// The part of space that a camera sees, tested against balls.
+class Frustum {
+public:
+    Frustum(const camera::Projection& projection, const glm::dmat3& worldFromCamera, double far, double blurAngle)
+        : cameraFromWorld_(glm::transpose(worldFromCamera)), far_(far),
+          tanX_(0.5 * projection.width / projection.focal_px + blurAngle),
+          tanY_(0.5 * projection.height / projection.focal_px + blurAngle), lengthX_(std::hypot(1.0, tanX_)),
+          lengthY_(std::hypot(1.0, tanY_))
+    {
+    }
+
+    bool touches(const glm::dvec3& centreFromCamera, double radius) const
+    {
+        const glm::dvec3 p = cameraFromWorld_ * centreFromCamera;
+        const double depth = -p.z;
+        return depth > -radius && depth < far_ + radius && std::abs(p.x) - tanX_ * depth < radius * lengthX_ &&
+               std::abs(p.y) - tanY_ * depth < radius * lengthY_;
+    }
+
+    /// Grows a box by the frustum's corners.
+    void extend(glm::dvec3& low, glm::dvec3& high) const
+    {
+        const glm::dmat3 worldFromCamera = glm::transpose(cameraFromWorld_);
+        for (const double x : {-tanX_, tanX_})
+            for (const double y : {-tanY_, tanY_}) {
+                const glm::dvec3 corner = worldFromCamera * glm::dvec3(x * far_, y * far_, -far_);
+                low = glm::min(low, corner);
+                high = glm::max(high, corner);
+            }
+    }
+
+private:
+    glm::dmat3 cameraFromWorld_;
+    double far_, tanX_, tanY_, lengthX_, lengthY_;
+};
+
+double visibleDepth(double diameter, double speed, double focal_px, double exposure_s, double threshold)
+{
+    return double(shared::visibleDepth(float(diameter), float(speed * exposure_s), float(focal_px), float(threshold)));
+}
+
+}  // namespace
+
+RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, const Motion& motion, std::uint32_t seed,
+                     double densityScale)
+    : classes_(std::move(classes)), slope_(slope), motion_(motion), seed_(seed), densityScale_(densityScale)
+{
+    // The edge depends on the rain alone, never on the shot: a change of lens must not move the drops.
+    for (const rainfall::SizeClass& c : classes_)
+        edges_.push_back(std::min(largestCellEdge, std::cbrt(dropsPerCell / (c.numberPerVolume * densityScale_))));
+}
+
+void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,
+                            std::vector<shared::Cell>& cells, std::size_t& drops) const
+{
+    const rainfall::SizeClass& c = classes_[dropClass];
+    const double edge = edges_[dropClass];
+    const double far = std::min(visibility.far_m, visibleDepth(c.d1, c.speed, exposure.projection.focal_px,
+                                                               exposure.duration_s, visibility.threshold));
+    if (far <= visibility.near_m) return;
+
+    const glm::dvec3 fallen = motion_.displacement(c.speed, exposure.open_s);
+    const glm::dvec3 way = motion_.displacement(c.speed, exposure.open_s + exposure.duration_s) - fallen -
+                           (exposure.poseAtClose.position - exposure.poseAtOpen.position);
+    const double reach = motion_.turbulenceReach();
+    const Frustum atOpen(exposure.projection, exposure.poseAtOpen.worldFromCamera, far, visibility.blurAngle);
+    const Frustum atClose(exposure.projection, exposure.poseAtClose.worldFromCamera, far, visibility.blurAngle);
+
+    // The frustum in the class's own frame, from the camera at open; a drop must come from where `way` can bring it in.
+    glm::dvec3 low(0.0), high(0.0);
+    atOpen.extend(low, high);
+    atClose.extend(low, high);
+    const glm::dvec3 cameraInField = exposure.poseAtOpen.position - fallen;
+    low = cameraInField + low - glm::max(way, glm::dvec3(0.0)) - reach;
+    high = cameraInField + high - glm::min(way, glm::dvec3(0.0)) + reach;
+
+    const auto cellOf = [&](double x) { return std::int64_t(std::floor(x / edge)); };
+    const double halfDiagonal = 0.5 * std::numbers::sqrt3 * edge;
+    const double radius = halfDiagonal + reach + 0.5 * glm::length(way);
+    const PoissonTable poisson(c.numberPerVolume * densityScale_ * edge * edge * edge);
+
+    for (std::int64_t k = cellOf(low.z); k <= cellOf(high.z); ++k)
+        for (std::int64_t j = cellOf(low.y); j <= cellOf(high.y); ++j)
+            for (std::int64_t i = cellOf(low.x); i <= cellOf(high.x); ++i) {
+                const glm::dvec3 corner = edge * glm::dvec3(double(i), double(j), double(k));
+                const glm::dvec3 origin = corner - cameraInField;
+                const glm::dvec3 middle = origin + 0.5 * edge + 0.5 * way;
+                if (!atOpen.touches(middle, radius) && !atClose.touches(middle, radius)) continue;
+
+                const std::uint64_t hash = cellHash(seed_, std::int64_t(dropClass), i, j, k);
+                const int count = poisson(unitDouble(mix(hash)));
+                if (count == 0) continue;
+                shared::Cell cell;
+                cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), std::uint32_t(dropClass),
+                            std::uint32_t(count)};
+                cell.origin = glm::vec4(glm::vec3(origin), 0.0f);
+                cell.phase = motion_.hasTurbulence()
+                                 ? motion_.turbulencePhases(corner, exposure.open_s, int(dropClass))
+                                 : glm::vec4(0.0f);
+                cells.push_back(cell);
+                drops += std::size_t(count);
+            }
+}
+
+CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visibility) const
+{
+    CellList list;
+    list.waves = motion_.turbulenceWaves(exposure.duration_s);
+    const glm::dvec3 cameraWay = exposure.poseAtClose.position - exposure.poseAtOpen.position;
+    for (const rainfall::SizeClass& c : classes_) {
+        const glm::dvec3 way = motion_.displacement(c.speed, exposure.open_s + exposure.duration_s) -
+                               motion_.displacement(c.speed, exposure.open_s) - cameraWay;
+        const std::size_t index = list.classes.size();
+        list.classes.push_back({glm::vec4(float(c.d0), float(c.d1), float(slope_), float(edges_[index])),
+                                glm::vec4(glm::vec3(way), float(c.speed))});
+    }
+
+    std::mutex mutex;
+    parallelFor(0, std::ptrdiff_t(classes_.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (std::ptrdiff_t s = first; s < last; ++s) {
+            std::vector<shared::Cell> cells;
+            std::size_t drops = 0;
+            appendClass(std::size_t(s), exposure, visibility, cells, drops);
+            const std::lock_guard lock(mutex);
+            list.cells.insert(list.cells.end(), cells.begin(), cells.end());
+            list.drops += drops;
+        }
+    });
+    return list;
+}
+
+double RainField::expectedStrokes(const camera::Projection& projection, double exposure_s,
+                                  const Visibility& visibility) const
+{
+    const double solidAngle =
+        double(projection.width) * projection.height / (projection.focal_px * projection.focal_px);
+    double strokes = 0;
+    for (const rainfall::SizeClass& c : classes_) {
+        // Mean of (far^3 - near^3) / 3 over the class's diameters, by the midpoint rule over equal shares of drops.
+        constexpr int shares = 16;
+        double volume = 0;
+        for (int i = 0; i < shares; ++i) {
+            const double diameter = double(shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0),
+                                                                        float(c.d1), float(slope_)));
+            const double far = std::min(visibility.far_m, visibleDepth(diameter, c.speed, projection.focal_px,
+                                                                       exposure_s, visibility.threshold));
+            if (far > visibility.near_m)
+                volume += solidAngle * (std::pow(far, 3) - std::pow(visibility.near_m, 3)) / 3 / shares;
+        }
+        strokes += c.numberPerVolume * densityScale_ * volume;
+    }
+    return strokes;
+}
+
+double RainField::undrawnOpticalDepth(double depth_m, double focal_px, double exposure_s, const Visibility& visibility,
+                                      double allDrops) const
+{
+    const double depth = std::min(depth_m, visibility.far_m);
+    double drawnDepth = 0, drawnExtinction = 0;
+    for (const rainfall::SizeClass& c : classes_) {
+        const double extinction = std::numbers::pi / 4 * c.meanSquare * c.numberPerVolume * densityScale_;
+        constexpr int shares = 16;  // as in expectedStrokes, weighted with each share's shadow
+        double squares = 0, undrawn = 0;
+        for (int i = 0; i < shares; ++i) {
+            const double d = double(shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1),
+                                                                 float(slope_)));
+            const double visible = visibleDepth(d, c.speed, focal_px, exposure_s, visibility.threshold);
+            squares += d * d;
+            undrawn += d * d * std::max(0.0, depth - (visible > visibility.near_m ? visible : 0.0));
+        }
+        drawnDepth += extinction * undrawn / squares;
+        drawnExtinction += extinction;
+    }
+    return drawnDepth + std::max(0.0, allDrops * densityScale_ - drawnExtinction) * depth;
+}
+
+}  // namespace virga::particles

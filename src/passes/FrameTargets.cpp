@@ -1,0 +1,150 @@
+#include "passes/FrameTargets.h"
+
+#include <glm/packing.hpp>
+
+#include <cassert>
+#include <limits>
+
+namespace virga::passes {
+namespace {
+
+/// A texture of the picture's own size: fetched, never filtered.
+gl::Texture pictureTexture(GLenum format, int width, int height)
+{
+    gl::Texture texture = gl::Texture::make2D(format, width, height);
+    texture.setFilter(GL_NEAREST);
+    return texture;
+}
+
+gl::Texture equirectangularTexture(ConstImageViewF map)
+{
+    assert(map.channels() == 3);
+    gl::Texture texture = gl::Texture::make2D(GL_RGB32F, map.width(), map.height());
+    texture.setWrap(GL_REPEAT, GL_CLAMP_TO_EDGE);
+    texture.upload(GL_RGB, GL_FLOAT, map.data());
+    return texture;
+}
+
+gl::Buffer zeroedBuffer(std::size_t bytes)
+{
+    gl::Buffer buffer(bytes);
+    buffer.clear();
+    return buffer;
+}
+
+}  // namespace
+
+FrameTargets::FrameTargets(int width, int height, const Features& features)
+    : features_(features), width_(width), height_(height), constants_(sizeof(shared::FrameConstants))
+{
+    const std::size_t pixels = std::size_t(width) * std::size_t(height);
+    plate = pictureTexture(GL_RGBA32F, width, height);
+    beauty_ = gl::Buffer(pixels * 4 * sizeof(float), 0);
+    if (features.rain) accumulators_ = zeroedBuffer(pixels * (features.fog ? 2 : 1) * sizeof(std::uint32_t));
+    if (features.splashes) splashAccumulators_ = zeroedBuffer(pixels * 2 * sizeof(std::uint32_t));
+    if (features.depth) depth_ = pictureTexture(GL_R32F, width, height);
+    if (features.blur) {
+        blurA = pictureTexture(GL_RGBA32F, width, height);
+        blurB = pictureTexture(GL_RGBA32F, width, height);
+    }
+    if (features.layers) layers_ = gl::Buffer(4 * pixels * 4 * sizeof(float), 0);
+    if (features.nearest) {
+        nearestDepth = gl::Buffer(pixels * sizeof(std::uint32_t));
+        nearestMotion = gl::Buffer(pixels * sizeof(std::uint32_t));
+    }
+}
+
+void FrameTargets::setConstants(const shared::FrameConstants& constants)
+{
+    constants_.upload(&constants, sizeof constants);
+}
+
+void FrameTargets::uploadPlate(ConstImageViewF rgba)
+{
+    assert(rgba.width() == width_ && rgba.height() == height_ && rgba.channels() == 4);
+    plate.upload(GL_RGBA, GL_FLOAT, rgba.data());
+}
+
+void FrameTargets::uploadDepth(ConstImageViewF depth)
+{
+    assert(depth.width() == width_ && depth.height() == height_ && depth.channels() == 1);
+    depth_.upload(GL_RED, GL_FLOAT, depth.data());
+}
+
+void FrameTargets::uploadFogTable(const std::vector<float>& opticalDepth)
+{
+    fogTable_ = gl::Texture::make2D(GL_R32F, int(opticalDepth.size()), 1);
+    fogTable_.upload(GL_RED, GL_FLOAT, opticalDepth.data());
+}
+
+void FrameTargets::uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground)
+{
+    dropRadiance_ = equirectangularTexture(radiance);
+    if (features_.boost) lowPass_ = equirectangularTexture(lowPassBackground);
+}
+
+void FrameTargets::uploadLut(int size, const std::vector<float>& rgb)
+{
+    lut_ = gl::Texture::make3D(GL_RGB32F, size, size, size);
+    lut_.upload(GL_RGB, GL_FLOAT, rgb.data());
+}
+
+void FrameTargets::bind() const
+{
+    const auto bindTexture = [](const gl::Texture& texture, TextureUnit unit) {
+        if (texture) texture.bind(unit);
+    };
+    bindTexture(plate, PlateUnit);
+    bindTexture(depth_, DepthUnit);
+    bindTexture(fogTable_, FogTableUnit);
+    bindTexture(dropRadiance_, DropRadianceUnit);
+    bindTexture(lowPass_, LowPassUnit);
+    bindTexture(lut_, LutUnit);
+
+    const auto bindBuffer = [](const gl::Buffer& buffer, StorageIndex index) {
+        if (buffer.name() != 0) buffer.bindStorage(index);
+    };
+    bindBuffer(constants_, FrameIndex);
+    bindBuffer(accumulators_, AccumulatorsIndex);
+    bindBuffer(beauty_, BeautyIndex);
+    bindBuffer(layers_, LayersIndex);
+    bindBuffer(nearestDepth, NearestDepthIndex);
+    bindBuffer(nearestMotion, NearestMotionIndex);
+    bindBuffer(splashAccumulators_, SplashAccumulatorsIndex);
+}
+
+ImageF FrameTargets::readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const
+{
+    ImageF image(width_, height_, 4);
+    buffer.download(image.data(), image.size() * sizeof(float), firstPixel * 4 * sizeof(float));
+    return image;
+}
+
+ImageF FrameTargets::readBeauty() const { return readPixels(beauty_, 0); }
+
+ImageF FrameTargets::readLayer(LayerIndex layer) const
+{
+    return readPixels(layers_, std::size_t(layer) * std::size_t(width_) * std::size_t(height_));
+}
+
+ImageF FrameTargets::readNearestDepth() const
+{
+    ImageF depth(width_, height_, 1);
+    nearestDepth.download(depth.data(), depth.size() * sizeof(float));
+    return depth;  // cleared to the bits of +inf
+}
+
+ImageF FrameTargets::readNearestMotion() const
+{
+    std::vector<std::uint32_t> packed(std::size_t(width_) * std::size_t(height_));
+    nearestMotion.download(packed.data(), packed.size() * sizeof(std::uint32_t));
+    ImageF motion(width_, height_, 2);
+    for (std::size_t i = 0; i < packed.size(); ++i) {
+        const glm::vec2 way = glm::unpackHalf2x16(packed[i]);
+        motion.data()[2 * i] = way.x;
+        motion.data()[2 * i + 1] = way.y;
+    }
+    return motion;
+}
+
+}  // namespace virga::passes

@@ -1,0 +1,87 @@
+// What the passes of a frame share on the device: its constants, its inputs and what it leaves. Made once for a picture
+// size and a set of features; nothing is made that no feature needs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/Image.h"
+#include "gl/Objects.h"
+#include "gl/Program.h"
+#include "passes/SharedFrame.h"
+
+namespace virga::passes {
+
+/// What a shot needs: decides which passes, buffers and shader variants exist (docs/design.md, "Skip").
+struct Features {
+    bool rain = false;
+    bool fog = false;
+    bool depth = false;      ///< a depth for each pixel
+    bool splashes = false;   ///< needs depth
+    bool blur = false;
+    bool darken = false;
+    bool colorTransfer = false;
+    bool boost = false;      ///< background boost
+    bool layers = false;     ///< rain, splash, fog, plate beside the beauty
+    bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
+
+    bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }
+};
+
+/// Bindings, as common_frame.glsl and the passes name them.
+enum TextureUnit : unsigned { PlateUnit, DepthUnit, FogTableUnit, MattesUnit, DropRadianceUnit, LowPassUnit, LutUnit };
+enum StorageIndex : unsigned {
+    FrameIndex,
+    CellsIndex,
+    ClassesIndex,
+    StrokesIndex,
+    AccumulatorsIndex,
+    AlongPrefixIndex,
+    StrokeListsIndex,
+    BeautyIndex,
+    LayersIndex,
+    NearestDepthIndex,
+    NearestMotionIndex,
+    SplashAccumulatorsIndex,
+    SplashesIndex,
+    SplashListIndex
+};
+
+class FrameTargets {
+public:
+    FrameTargets(int width, int height, const Features& features);
+
+    const Features& features() const { return features_; }
+    int width() const { return width_; }
+    int height() const { return height_; }
+
+    void setConstants(const shared::FrameConstants& constants);
+    void uploadPlate(ConstImageViewF rgba);             ///< width x height x 4
+    void uploadDepth(ConstImageViewF depth);            ///< width x height x 1 [m], +inf sky
+    void uploadFogTable(const std::vector<float>& opticalDepth);  ///< at places 0..1, see fogTablePlace()
+    void uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);  ///< equirectangular RGB
+    void uploadLut(int size, const std::vector<float>& rgb);
+
+    /// Everything that passes read, on its unit and index.
+    void bind() const;
+
+    ImageF readBeauty() const;
+    enum class LayerIndex { Rain, Splash, Fog, Plate };
+    ImageF readLayer(LayerIndex layer) const;
+    ImageF readNearestDepth() const;   ///< [m]; +inf where no stroke is
+    ImageF readNearestMotion() const;  ///< x, y of the stroke from shutter open to close [px]; 0 where no stroke is
+
+    /// The texture that the composite takes for the plate: the plate, or what the blur made of it.
+    gl::Texture plate, blurA, blurB;
+    gl::Buffer nearestDepth, nearestMotion;
+
+private:
+    ImageF readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const;
+
+    Features features_;
+    int width_, height_;
+    gl::Buffer constants_, accumulators_, splashAccumulators_, beauty_, layers_;
+    gl::Texture depth_, fogTable_, dropRadiance_, lowPass_, lut_;
+};
+
+}  // namespace virga::passes

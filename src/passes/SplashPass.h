@@ -1,0 +1,24 @@
+#pragma once
+
+#include "passes/FrameTargets.h"
+
+namespace virga::passes {
+
+/// Draws what drops leave where they hit surfaces that face up. Reads: depth, fog table. Writes: the splash
+/// accumulators (optical depth, and the same weighted with the light that the fog lets through).
+class SplashPass {
+public:
+    SplashPass(const Features& features, const std::string& shaderFolder = {});
+
+    /// Splashes that a picture of this size can list; more than can be told apart.
+    static std::size_t capacity(int width, int height);
+
+    void run(const FrameTargets& targets);
+    std::size_t splashCount() const;  ///< of the last run(); waits for it
+
+private:
+    gl::Program emit_, splat_;
+    gl::Buffer splashes_, list_;
+};
+
+}  // namespace virga::passes

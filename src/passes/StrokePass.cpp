@@ -1,0 +1,125 @@
+#include "passes/StrokePass.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace virga::passes {
+namespace {
+
+/// Footprints up to this are walked by one invocation; more rows or columns are shared by a work group [px^2].
+constexpr float largestSmallFootprint = 1024;
+
+/// Prefix sums scaled to end at 1: a stroke deposits what its drop covers, whatever its matte.
+std::vector<float> normalisedPrefix(const matte::StrokeAtlas& atlas)
+{
+    std::vector<float> prefix = atlas.alongPrefix;
+    const std::size_t row = std::size_t(atlas.height) + 1;
+    for (std::size_t first = 0; first < prefix.size(); first += row) {
+        const float total = prefix[first + row - 1];
+        for (std::size_t k = 0; k < row; ++k) prefix[first + k] /= total;
+    }
+    return prefix;
+}
+
+/// Each row of each matte scaled to a mean of 1: how the row's mass is spread across.
+std::vector<float> rowDensities(const matte::StrokeAtlas& atlas)
+{
+    std::vector<float> densities(atlas.layers.values().begin(), atlas.layers.values().end());
+    for (std::size_t first = 0; first < densities.size(); first += std::size_t(atlas.width)) {
+        float sum = 0;
+        for (int u = 0; u < atlas.width; ++u) sum += densities[first + std::size_t(u)];
+        for (int u = 0; u < atlas.width; ++u)
+            densities[first + std::size_t(u)] = sum > 0 ? densities[first + std::size_t(u)] * float(atlas.width) / sum : 1;
+    }
+    return densities;
+}
+
+gl::Defines definesOf(const Features& features, std::initializer_list<const char*> more = {})
+{
+    gl::Defines defines;
+    if (features.fog) defines.emplace_back("FOG", "");
+    if (features.depth) defines.emplace_back("DEPTH", "");
+    if (features.nearest) defines.emplace_back("NEAREST", "");
+    for (const char* word : more) defines.emplace_back(word, "");
+    return defines;
+}
+
+}  // namespace
+
+StrokePass::StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const std::string& shaderFolder)
+    : features_(features), atlas_(atlas), emit_("pass_emit_strokes.comp", definesOf(features), shaderFolder),
+      splatSmall_("pass_splat_strokes.comp", definesOf(features, {"SMALL"}), shaderFolder),
+      splatLarge_("pass_splat_strokes.comp", definesOf(features), shaderFolder), lists_(8 * sizeof(std::uint32_t))
+{
+    if (features.nearest) {
+        motionSmall_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION", "SMALL"}), shaderFolder);
+        motionLarge_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION"}), shaderFolder);
+    }
+    const std::vector<float> prefix = normalisedPrefix(atlas_);
+    alongPrefix_ = gl::Buffer(prefix.size() * sizeof(float), 0, prefix.data());
+    mattes_ = gl::Texture::make2DArray(GL_R32F, atlas_.width, atlas_.height, atlas_.count());
+    mattes_.upload(GL_RED, GL_FLOAT, rowDensities(atlas_).data());
+}
+
+void StrokePass::describe(shared::FrameConstants& constants, const particles::CellList& list) const
+{
+    constants.picture.z = std::uint32_t(list.cells.size());
+    constants.picture.w = std::uint32_t(std::max<std::size_t>(list.drops, 1));
+    constants.atlas = {float(atlas_.groups), float(atlas_.variants), atlas_.firstBeadCycles, atlas_.groupsPerOctave};
+    constants.atlasSize = {float(atlas_.width), float(atlas_.height), atlas_.acrossDiameters, largestSmallFootprint};
+}
+
+void StrokePass::run(const FrameTargets& targets, const particles::CellList& list)
+{
+    constexpr std::array<std::uint32_t, 8> noStrokes = {0, 1, 1, 0, 0, 1, 1, 0};
+    lists_.upload(noStrokes.data(), sizeof noStrokes);
+    lists_.bindStorage(StrokeListsIndex);
+    if (features_.nearest) {
+        constexpr float infinity = std::numeric_limits<float>::infinity();
+        glClearNamedBufferData(targets.nearestDepth.name(), GL_R32F, GL_RED, GL_FLOAT, &infinity);
+        glClearNamedBufferData(targets.nearestMotion.name(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, nullptr);
+    }
+    if (list.cells.empty()) return;
+
+    const std::size_t wavesBytes = sizeof list.waves;
+    const std::size_t classesBytes = list.classes.size() * sizeof(shared::DropClass);
+    cells_.reserve(list.cells.size() * sizeof(shared::Cell));
+    classes_.reserve(wavesBytes + classesBytes);
+    strokes_.reserve(list.drops * sizeof(shared::Stroke));
+    cells_.upload(std::span(list.cells));
+    classes_.upload(list.waves.data(), wavesBytes);
+    classes_.upload(list.classes.data(), classesBytes, wavesBytes);
+    cells_.bindStorage(CellsIndex);
+    classes_.bindStorage(ClassesIndex);
+    strokes_.bindStorage(StrokesIndex);
+    alongPrefix_.bindStorage(AlongPrefixIndex);
+    mattes_.bind(MattesUnit);
+
+    // One work group a cell, in rows that no device finds too long.
+    emit_.dispatch(GLuint(std::min<std::size_t>(list.cells.size(), 65535)),
+                   GLuint((list.cells.size() + 65534) / 65535));
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+    splat(splatSmall_, splatLarge_);
+    if (features_.nearest) {
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        splat(motionSmall_, motionLarge_);
+    }
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+void StrokePass::splat(const gl::Program& small, const gl::Program& large) const
+{
+    small.dispatchIndirect(lists_.name(), 0);
+    large.dispatchIndirect(lists_.name(), 4 * sizeof(std::uint32_t));
+}
+
+std::size_t StrokePass::strokeCount() const
+{
+    std::array<std::uint32_t, 8> lists{};
+    lists_.download(lists.data(), sizeof lists);
+    return std::size_t(lists[3]) + lists[7];
+}
+
+}  // namespace virga::passes

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "matte/StrokeAtlas.h"
+#include "particles/RainField.h"
+#include "passes/FrameTargets.h"
+
+namespace virga::passes {
+
+/// Draws the drops that are seen one by one.
+/// Reads: the cells in view, the atlas; of the targets, depth and fog table. Writes: the accumulators (optical depth of
+/// the rain in fixed point, and the same weighted with the light that the fog lets through); nearest depth and motion.
+/// Two steps: drops become strokes, culled (one work group a cell), then strokes are splatted with integer atomics, so
+/// that the sums are the same bits in whatever order the device adds them. Built once, run per frame.
+class StrokePass {
+public:
+    /// shaderFolder: see gl::loadShader. Throws Error(Graphics).
+    StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const std::string& shaderFolder = {});
+
+    /// Fills what the constants say of the atlas and the list; call before FrameTargets::setConstants.
+    void describe(shared::FrameConstants& constants, const particles::CellList& list) const;
+
+    void run(const FrameTargets& targets, const particles::CellList& list);
+
+    /// Strokes of the last run(); waits for it.
+    std::size_t strokeCount() const;
+
+private:
+    void splat(const gl::Program& small, const gl::Program& large) const;
+
+    Features features_;
+    matte::StrokeAtlas atlas_;
+    gl::Program emit_, splatSmall_, splatLarge_, motionSmall_, motionLarge_;
+    gl::Buffer cells_, classes_, strokes_, lists_, alongPrefix_;
+    gl::Texture mattes_;
+};
+
+}  // namespace virga::passes
