@@ -188,7 +188,7 @@ std::vector<double> binEnergies(const std::vector<double>& edges, const DropTran
     }
     constexpr int termsForAll = 24;
     const int terms = options.terms == 0 ? termsForAll : options.terms;
-    const GaussLegendre rule(8);
+    const GaussLegendre rule(5);
     std::vector<double> energy(edges.size() - 1, 0.0);
     double total = 0.0;
 

@@ -1,0 +1,92 @@
+// The light that drops return. A drop far smaller than the scene, seen along v (camera to drop), returns
+//   L(v) = integral of D(angle(omega, v)) L_env(omega) d omega,
+// a convolution on the sphere (optics/DropTransfer.h): band l of the environment times f_l. It is worked out once for
+// an environment and baked to a small equirectangular map in WORLD orientation, so that a stroke costs one texture
+// fetch.
+//
+//   default  C = radiance(v) + c (B - background(v)),  B the plate's pixel behind the stroke: the boost c puts back
+//   what the
+//            order leaves out and keeps energy. In a uniform world of radiance L both maps are L, at every order.
+//   paper    C = radiance(v) + c B, c = 0.7: Wang et al. 2006, Eq. (2): order 3, unpolarised, nine terms, one index.
+//
+// Bright small lights ring in low orders. What rises over 8 times the mean (the mean itself with its lights cut off so)
+// is taken out of the environment, gathered into at most 64 directions and put through D itself, averaged over the
+// extent of light and map pixel; the result is added to the same map.
+#pragma once
+
+#include <array>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/Image.h"
+#include "environment/Panorama.h"
+#include "optics/DropTransfer.h"
+#include "sh/Harmonics.h"
+
+namespace virga::environment {
+
+struct DropRadianceOptions {
+    static constexpr int autoOrder = -1;
+    static constexpr int maxOrder = 128;
+    static constexpr int maxAutoOrder = 64;
+
+    /// 0 to maxOrder, or autoOrder: the lowest whose left-out bands are under `tolerance`. Panoramas made from a plate
+    /// are smooth and made anew for every frame: give them plateOrder, which needs no search and keeps the maps' size.
+    int order = autoOrder;
+    static constexpr int plateOrder = 12;
+
+    /// For autoOrder: root mean square over all directions of what is left out, over the mean radiance.
+    double tolerance = 0.005;
+
+    bool paper = false;  ///< Wang et al.'s own arithmetic: order 3 unless `order` says otherwise, no lights taken out
+    bool lights = true;  ///< take bright small lights out of the harmonics; costs 0.1 s when the baker is made
+    std::array<double, 3> index{optics::waterIndex[0], optics::waterIndex[1], optics::waterIndex[2]};
+};
+
+/// A light that was taken out of the environment.
+struct Light {
+    glm::dvec3 direction;  ///< from the drop, unit vector
+    glm::dvec3 energy;     ///< radiance times solid angle
+    double radius;         ///< [rad], root mean square extent
+};
+
+/// Maps for the shader, and what they were made from. Sample both with wrap in x, clamp in y, bilinear, no mipmaps;
+/// place of a world direction as in sh::panoramaPlace().
+struct DropRadiance {
+    ImageF radiance;    ///< RGB, >= 0 (but in paper mode as the harmonics have it)
+    ImageF background;  ///< RGB, the environment itself (without the lights taken out) low-passed to the same order
+    bool paper = false;
+
+    int order = 0;
+    double remainder = 0;  ///< bound of the root mean square left out by the order, over the mean radiance
+    std::vector<Light> lights;
+    sh::Harmonics response;  ///< the harmonic part of `radiance`
+};
+
+/// Made once for given options, then used for any number of environments from any thread.
+class DropRadianceBaker {
+public:
+    /// Throws Error(InvalidArgument) for an order, a tolerance or an index out of range.
+    explicit DropRadianceBaker(const DropRadianceOptions& options = {});
+
+    /// Deterministic, also across thread counts.
+    DropRadiance bake(const Panorama& panorama) const;
+
+    /// L(v) without the maps' pixels: harmonics summed in double precision, lights through D averaged over their own
+    /// extent (at least 1/8 degree) alone. What tests and the reference renderer compare the maps with.
+    glm::dvec3 exactly(const DropRadiance& radiance, const glm::dvec3& direction) const;
+
+    const DropRadianceOptions& options() const { return options_; }
+
+private:
+    DropRadianceOptions options_;
+    std::vector<double> factor_[3];           // f_l for R, G, B
+    std::vector<optics::RingTransfer> ring_;  // for R, G, B, if lights are taken out
+};
+
+/// The map's value along `direction` exactly as GL samples it: texel centres at half integers, GL_REPEAT in x,
+/// GL_CLAMP_TO_EDGE in y, GL_LINEAR.
+glm::dvec3 sampleMap(ConstImageViewF map, const glm::dvec3& direction);
+
+}  // namespace virga::environment
