@@ -14,8 +14,12 @@ float opticalDepthOf(float alpha)
     return alpha < 0.01 ? alpha * (1.0 + alpha * (0.5 + alpha * (1.0 / 3.0))) : -log(1.0 - min(alpha, 0.998));
 }
 
-/// Where optical depth to `depth` [m] stands in the fog table: d / (d + scale), so that infinity has a place.
-float fogTablePlace(float depth) { return isinf(depth) ? 1.0 : depth / (depth + frame.focus.w); }
+/// Where optical depth to `depth` [m] stands in the fog table: entry d / (d + scale), so that infinity has a place.
+vec2 fogTablePlace(float depth)
+{
+    float entry = isinf(depth) ? 1.0 : depth / (depth + frame.focus.w);
+    return vec2((entry * float(fogTableSize - 1) + 0.5) / float(fogTableSize), 0.5);
+}
 
 /// Direction of a pixel in camera axes, not normalised: z = -1.
 vec3 pixelRay(vec2 pixel)

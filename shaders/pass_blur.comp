@@ -19,7 +19,7 @@ vec4 read(ivec2 pixel)
 {
     vec4 color = texelFetch(source, pixel, 0);
 #ifdef HORIZONTAL
-    color.rgb = gradePlate(color.rgb);
+    color = gradePlate(color);
 #endif
     return color;
 }

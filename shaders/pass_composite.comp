@@ -39,7 +39,7 @@ void main()
 
     vec4 background = texelFetch(plate, pixel, 0);
 #ifndef BLURRED
-    background.rgb = gradePlate(background.rgb);
+    background = gradePlate(background);
 #endif
     vec4 result = background;
 
@@ -60,7 +60,7 @@ void main()
 
 #ifdef FOG
 #ifdef DEPTH
-    float opticalDepth = textureLod(fogTable, vec2(fogTablePlace(texelFetch(sceneDepth, pixel, 0).r), 0.5), 0.0).r;
+    float opticalDepth = textureLod(fogTable, fogTablePlace(texelFetch(sceneDepth, pixel, 0).r), 0.0).r;
 #else
     float opticalDepth = frame.boost.z;
 #endif

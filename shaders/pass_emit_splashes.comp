@@ -37,7 +37,7 @@ void emit(vec3 hit, uvec4 bits, uvec4 more, float age, float depth, float weight
     splash.place = vec4(frame.lens.zw + scale * vec2(inCamera.x, -inCamera.y), scale, -inCamera.z);
     splash.look.w = weight;
 #ifdef FOG
-    splash.light.x = exp(-textureLod(fogTable, vec2(fogTablePlace(depth), 0.5), 0.0).r);
+    splash.light.x = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
 #endif
     uint at = atomicAdd(splashCount, 1u);
     if (at >= frame.splashKey.w) return;  // the list is full: denser than a picture can show
@@ -71,21 +71,23 @@ void main()
     // Cells as large as the block's footprint on the ground, so that it touches four at most.
     vec2 spanX = abs(across.xz) * 2.0, spanY = abs(down.xz) * 2.0;
     float span = max(max(spanX.x + spanY.x, spanX.y + spanY.y), frame.splashGrid.x);
-    float level = ceil(log2(span / frame.splashGrid.x));
+    float level = min(ceil(log2(span / frame.splashGrid.x)), float(frame.splashTime.y));
     float edge = frame.splashGrid.x * exp2(level);
     float events = frame.splash.x * exp2(2.0 * level);
     // Where a cell holds more impacts than can be told apart, each stands for several.
     float weight = max(1.0, events / float(mostPerCell));
     float mean = min(events, float(mostPerCell));
 
-    // splashGrid.yz: camera from the origin of the grid's coarsest cells, so that floats stay small.
+    // Counted from the coarsest cell that the camera is in, so that floats stay small.
+    uint subdivisions = 1u << (frame.splashTime.y - uint(level));
+    uvec2 coarse = frame.splashKey.yz * subdivisions;
     vec2 ground = here.xz + frame.splashGrid.yz;
     ivec2 first = ivec2(floor((ground - 0.5 * span) / edge)), last = ivec2(floor((ground + 0.5 * span) / edge));
     last = min(last, first + 1);
     for (int j = first.y; j <= last.y; ++j)
         for (int i = first.x; i <= last.x; ++i)
             for (uint slot = 0u; slot < 2u; ++slot) {
-                uvec4 cell = hash4(uvec4(uint(i) + frame.splashKey.y, uint(j) + frame.splashKey.z,
+                uvec4 cell = hash4(uvec4(uint(i) + coarse.x, uint(j) + coarse.y,
                                          frame.splashTime.x - slot, frame.splashKey.x + uint(level) * 977u));
                 // A Poisson number of so small a mean, cut at the most that is drawn.
                 float term = exp(-mean), sum = term, u = unitFloat(cell.x);

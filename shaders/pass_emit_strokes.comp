@@ -51,7 +51,13 @@ uint strokeLayer(float beadCycles, float strength, float random)
 bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 {
     vec3 open = mat3(frame.cameraFromWorldOpen) * drop.open;
+#ifdef CAMERA_MOTION
     vec3 close = mat3(frame.cameraFromWorldClose) * drop.close;
+    float focalClose = frame.lens.y;
+#else
+    vec3 close = mat3(frame.cameraFromWorldOpen) * drop.close;
+    float focalClose = frame.lens.x;
+#endif
     float depthOpen = -open.z, depthClose = -close.z;
     float depth = 0.5 * (depthOpen + depthClose);
     float near = frame.range.x;
@@ -60,7 +66,7 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
         return false;
 
     vec2 start = frame.lens.zw + frame.lens.x / depthOpen * vec2(open.x, -open.y);
-    vec2 end = frame.lens.zw + frame.lens.y / depthClose * vec2(close.x, -close.y);
+    vec2 end = frame.lens.zw + focalClose / depthClose * vec2(close.x, -close.y);
     float width = frame.lens.x * drop.diameter / depth;
     float confusion = frame.lens.x * frame.focus.x * abs(1.0 / depth - frame.focus.y);
     // Variances of the drop's and the lens's profiles add.
@@ -81,7 +87,7 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     stroke.look = vec4(float(layer), 1.0, width / (2.0 * halfWidth), (drop.look & 1u) == 0u ? 1.0 : -1.0);
     stroke.spare = vec4(0.0, 0.0, 0.0, 0.25 * confusion);
 #ifdef FOG
-    stroke.look.y = exp(-texture(fogTable, vec2(fogTablePlace(depth), 0.5)).r);
+    stroke.look.y = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
 #endif
     return true;
 }

@@ -1,11 +1,14 @@
 // What all passes of one frame share. Compiled by GLSL (std430) and C++ (shared/alias.h); rows of 16 bytes.
 
+/// Entries of the fog table: optical depth at depths d with d / (d + scale) = 0, 1/255, ... 1.
+const int fogTableSize = 256;
+
 struct FrameConstants {
     mat4 cameraFromWorldOpen;   // rotation alone; places are given from the camera
     mat4 cameraFromWorldClose;
     vec4 lens;       // x: focal length at open [px]; y: at close [px]; z, w: optical axis on the picture [px]
     vec4 range;      // x: near [m]; y: far [m]; z: visibility threshold / opacity; w: opacity multiplier
-    vec4 focus;      // x: aperture diameter [m]; y: 1 / focus distance [1/m]; z: exposure [s]; w: fog table depth scale [m]
+    vec4 focus;      // x: aperture diameter [m]; y: 1 / focus distance [1/m]; z: exposure [s]; w: fogTableScale of the fog table [m]
     uvec4 picture;   // x: width; y: height; z: cells; w: capacity of each stroke list
     vec4 fogColor;   // rgb: airlight if w = 1; w = 0: the light that a drop returns
     vec4 boost;      // x: background boost c; y: 1 paper's C + cB, 0 energy-keeping C + c(B - Blow); z: optical depth at infinity; w: -
@@ -13,10 +16,11 @@ struct FrameConstants {
     vec4 atlas;      // x: groups; y: variants; z: first bead cycles; w: groups per octave
     vec4 atlasSize;  // x: texels across; y: texels along; z: tile width / drop diameter; w: largest footprint of a small stroke [px]
     vec4 splash;     // x: events per cell of edge splashGrid.x and slot; y: lifetime [s]; z: size multiplier; w: time in slots, fraction
-    vec4 splashGrid; // x: smallest cell edge [m]; y: camera x in cells' origin; z: camera z; w: camera height
-    uvec4 splashKey; // x: seed; y: slot number; z, w: grid origin hash offsets
+    vec4 splashGrid; // x: smallest cell edge [m]; y, z: camera's x, z from the corner of its coarsest cell [m]; w: -
+    uvec4 splashKey;  // x: seed; y, z: coarsest cell that the camera is in; w: most splashes a picture may list
+    uvec4 splashTime; // x: time slot; y: subdivisions of the coarsest cell, log2; z, w: -
     vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]
-    uvec4 splashTime; // x: low bits of the slot; y: high bits; z, w: -
+    vec4 lut;         // x: delta, y: maximum of the colour transfer's encoding; z: nodes a side; w: -
 };
 
 /// A drop's way across the picture while the shutter is open.

@@ -23,6 +23,7 @@ struct Features {
     bool colorTransfer = false;
     bool boost = false;      ///< background boost
     bool layers = false;     ///< rain, splash, fog, plate beside the beauty
+    bool cameraMotion = false;  ///< the camera moves while the shutter is open
     bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
 
     bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }

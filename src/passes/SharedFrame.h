@@ -9,6 +9,6 @@ namespace virga::shared {
 #include "shared/frame.glsl"
 #include "shared/splash.glsl"
 
-static_assert(sizeof(FrameConstants) == 2 * 64 + 14 * 16 && offsetof(FrameConstants, splashTime) == 2 * 64 + 13 * 16);
+static_assert(sizeof(FrameConstants) == 2 * 64 + 15 * 16 && offsetof(FrameConstants, lut) == 2 * 64 + 14 * 16);
 static_assert(sizeof(Stroke) == 64 && sizeof(Splash) == 64);
 }  // namespace virga::shared

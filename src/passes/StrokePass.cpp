@@ -42,6 +42,7 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
     if (features.fog) defines.emplace_back("FOG", "");
     if (features.depth) defines.emplace_back("DEPTH", "");
     if (features.nearest) defines.emplace_back("NEAREST", "");
+    if (features.cameraMotion) defines.emplace_back("CAMERA_MOTION", "");
     for (const char* word : more) defines.emplace_back(word, "");
     return defines;
 }

@@ -1,0 +1,29 @@
+// What the commands of `virga` share. docs/conventions.md has the contract: exit codes, what goes to which stream.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+
+namespace virga::cli {
+
+/// Flags that every command has.
+struct CommonFlags {
+    bool quiet = false, verbose = false, json = false;
+    int threads = 0;
+    std::string device = "auto";
+};
+
+/// Adds --quiet, --verbose, --json, --threads and --device.
+void addCommonFlags(CLI::App& command, CommonFlags& flags);
+
+/// Sets log level and threads, runs `body`, and turns what it throws into a sentence on standard error and an exit code.
+int runCommand(const CommonFlags& flags, const std::function<int(const CommonFlags&)>& body);
+
+/// Registers a command; returns what to call when it was chosen.
+using Runner = std::function<int()>;
+Runner addRainCommand(CLI::App& app, CLI::App*& command);
+Runner addInfoCommand(CLI::App& app, CLI::App*& command);
+
+}  // namespace virga::cli

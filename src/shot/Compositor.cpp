@@ -1,0 +1,313 @@
+#include "shot/Compositor.h"
+
+#include <glm/gtc/constants.hpp>
+#include <glm/trigonometric.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "core/Parallel.h"
+#include "core/Timer.h"
+#include "gl/Context.h"
+#include "gl/PassTimer.h"
+#include "grade/ColorTransfer.h"
+#include "particles/RainField.h"
+#include "passes/BlurPass.h"
+#include "passes/CompositePass.h"
+#include "passes/SplashPass.h"
+#include "passes/StrokePass.h"
+#include "shot/AtlasFile.h"
+#include "shot/DepthSource.h"
+#include "shot/RainModel.h"
+#include "shot/ShotLight.h"
+
+namespace virga::shot {
+namespace {
+
+/// Depth at which an entry of the fog table is a half [m].
+constexpr double fogTableScale = 20;
+
+camera::Track trackOf(const Settings& settings)
+{
+    if (!settings.camera.empty()) return camera::readChan(settings.camera);
+    return camera::Track({{0, standingPose(settings)}});
+}
+
+/// Replaces NaN, Inf and negative light, which blur and fog would spread over the picture. The count goes to the report.
+std::size_t repairPixels(ImageF& image)
+{
+    std::atomic<std::size_t> repaired = 0;
+    parallelFor(0, image.height(), 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::size_t here = 0;
+        for (std::ptrdiff_t y = first; y < last; ++y) {
+            float* row = image.row(int(y));
+            for (int x = 0; x < 4 * image.width(); ++x) {
+                if (std::isfinite(row[x])) continue;
+                row[x] = row[x] > 0 ? 65504.0f : 0.0f;  // NaN compares false
+                ++here;
+            }
+        }
+        repaired += here;
+    });
+    return repaired;
+}
+
+}  // namespace
+
+camera::Pose standingPose(const Settings& settings)
+{
+    if (settings.ground.empty()) return {};
+    const Ground ground = parseGround(settings.ground);
+    return camera::pitchedPose({0, ground.height_m, 0}, glm::radians(ground.pitch_deg));
+}
+
+double exposureOf(const Settings& settings, double fps)
+{
+    return settings.exposure_s ? *settings.exposure_s : settings.shutter_deg / 360 / fps;
+}
+
+struct Compositor::Impl {
+    Settings settings;
+    Shot shot;
+    camera::Track track;
+    FramePlan plan;
+    CompositorStatistics statistics;
+    std::optional<RainModel> rain;
+    std::optional<ShotLight> light;
+    std::optional<DepthSource> depth;
+    grade::ColorLut lut;
+
+    // Destroyed in reverse order: GL objects before their context.
+    std::optional<gl::Context> context;
+    std::optional<passes::FrameTargets> targets;
+    std::optional<passes::StrokePass> strokes;
+    std::optional<passes::SplashPass> splashes;
+    std::optional<passes::BlurPass> blur;
+    std::optional<passes::CompositePass> composite;
+    std::optional<gl::PassTimer> timer;
+    std::shared_ptr<const depth::Depth> uploadedDepth;
+    double fogTableFocal = -1;  // focal length that the uploaded table was made for [px]
+
+    camera::Projection projectionAt(const camera::Pose& pose) const;
+    particles::Exposure exposureAt(FrameNumber frame) const;
+    shared::FrameConstants constantsFor(FrameNumber frame, const particles::Exposure& exposure) const;
+    void uploadFog(const particles::Exposure& exposure);
+    void uploadDepth(FrameNumber frame, const particles::Exposure& exposure);
+    void openDevice(const CompositorOptions& options);
+    std::vector<io::Layer> readLayers() const;
+};
+
+camera::Projection Compositor::Impl::projectionAt(const camera::Pose& pose) const
+{
+    if (settings.fov_deg)
+        return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(*settings.fov_deg));
+    if (pose.verticalFov) return camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov);
+    return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(60.0));
+}
+
+particles::Exposure Compositor::Impl::exposureAt(FrameNumber frame) const
+{
+    particles::Exposure exposure;
+    exposure.open_s = double(frame) / shot.fps;
+    exposure.duration_s = exposureOf(settings, shot.fps);
+    exposure.poseAtOpen = track.at(double(frame));
+    exposure.poseAtClose = track.at(double(frame) + exposure.duration_s * shot.fps);
+    exposure.projection = projectionAt(exposure.poseAtOpen);
+    return exposure;
+}
+
+shared::FrameConstants Compositor::Impl::constantsFor(FrameNumber, const particles::Exposure& exposure) const
+{
+    shared::FrameConstants c{};
+    const auto cameraFromWorld = [](const camera::Pose& pose) {
+        return glm::mat4(glm::mat3(glm::transpose(pose.worldFromCamera)));
+    };
+    c.cameraFromWorldOpen = cameraFromWorld(exposure.poseAtOpen);
+    c.cameraFromWorldClose = cameraFromWorld(exposure.poseAtClose);
+    const double focal = exposure.projection.focal_px;
+    c.lens = {float(focal), float(projectionAt(exposure.poseAtClose).focal_px), 0.5f * float(shot.width),
+              0.5f * float(shot.height)};
+    c.range = {float(settings.near_m), float(settings.far_m), 0, float(settings.opacity)};
+    const double lensFocal_m = 1e-3 * settings.sensorWidth_mm * focal / shot.width;
+    c.focus = {float(lensFocal_m / settings.fstop), float(1 / settings.focus_m), float(exposure.duration_s),
+               float(fogTableScale)};
+    c.picture = {std::uint32_t(shot.width), std::uint32_t(shot.height), 0, 0};
+    if (settings.fogColor) {
+        const auto& color = *settings.fogColor;
+        c.fogColor = {float(color[0]), float(color[1]), float(color[2]), 1};
+    }
+    c.boost = {float(settings.paper ? 0.7 : settings.backgroundBoost), settings.paper ? 1.0f : 0.0f, 0, 0};
+    c.grade = {float(settings.darken), float(settings.desaturate), float(settings.blur_px),
+               float(settings.blurDistance_m)};
+    c.lut = {lut.delta, lut.maximum, float(lut.size), 0};
+    if (rain) {
+        c.range.z = float(rain->visibility(exposure).threshold);
+        c.boost.z = float(rain->opticalDepth(settings.fogDistance_m, exposure));
+    }
+    if (plan.features.fog && settings.fog_1_m) c.boost.z = float(*settings.fog_1_m * settings.fogDistance_m);
+    if (plan.features.splashes) rain->describeSplashes(c, exposure, settings);
+    c.splashKey.w = std::uint32_t(passes::SplashPass::capacity(shot.width, shot.height));
+    return c;
+}
+
+void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
+{
+    if (fogTableFocal == exposure.projection.focal_px) return;
+    fogTableFocal = exposure.projection.focal_px;
+    std::vector<float> table(shared::fogTableSize);
+    const auto opticalDepth = [&](double depth) {
+        return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m) : rain->opticalDepth(depth, exposure);
+    };
+    parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (std::ptrdiff_t i = first; i < last; ++i) {
+            const double place = double(i) / (shared::fogTableSize - 1);
+            const double depth = place < 1 ? fogTableScale * place / (1 - place) : settings.far_m;
+            table[std::size_t(i)] = float(opticalDepth(depth));
+        }
+    });
+    statistics.fogExtinction_1_m = opticalDepth(100) / 100;
+    targets->uploadFogTable(table);
+}
+
+void Compositor::Impl::uploadDepth(FrameNumber frame, const particles::Exposure& exposure)
+{
+    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection);
+    if (now == uploadedDepth) return;
+    targets->uploadDepth(now->metres);
+    statistics.depthHoles = std::size_t(now->counts.filled);
+    statistics.depthResampled = now->resampled;
+    uploadedDepth = now;
+}
+
+void Compositor::Impl::openDevice(const CompositorOptions& options)
+{
+    context.emplace(options.device);
+    statistics.device = context->device().renderer;
+    const passes::Features& features = plan.features;
+    targets.emplace(shot.width, shot.height, features);
+    if (features.rain)
+        strokes.emplace(features, settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
+                                                          : loadAtlas(settings.mattes),
+                        options.shaderFolder);
+    if (features.splashes) splashes.emplace(features, options.shaderFolder);
+    if (features.blur) blur.emplace(features, options.shaderFolder);
+    composite.emplace(features, options.shaderFolder);
+    if (features.colorTransfer) targets->uploadLut(lut.size, lut.rgb);
+    timer.emplace();
+    context->check("opening the passes");
+}
+
+Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
+                       const std::vector<ImageF>& plateSamples)
+    : impl_(std::make_unique<Impl>())
+{
+    Impl& m = *impl_;
+    m.settings = settings;
+    m.shot = shot;
+    m.track = trackOf(settings);
+    m.plan = planFrame(settings, options.wanted, !m.track.isStatic());
+    if (m.plan.isPassThrough()) return;
+
+    if (m.plan.features.colorTransfer) {
+        std::vector<ConstImageViewF> frames(plateSamples.begin(), plateSamples.end());
+        m.lut = grade::makeColorTransfer(frames, io::readLinearImage(settings.gradeFrom), {.strength = settings.gradeAmount});
+    }
+    const particles::Exposure first = m.exposureAt(shot.firstFrame);
+    if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);
+    if (m.plan.needsLight) m.light.emplace(settings);
+    if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
+    m.openDevice(options);
+}
+
+Compositor::~Compositor() = default;
+const FramePlan& Compositor::plan() const { return impl_->plan; }
+const CompositorStatistics& Compositor::statistics() const { return impl_->statistics; }
+
+std::vector<io::Layer> Compositor::Impl::readLayers() const
+{
+    using passes::FrameTargets;
+    const passes::Features& features = plan.features;
+    const std::vector<std::string> rgba = {"R", "G", "B", "A"};
+    const auto read = [&](const char* name, bool exists, FrameTargets::LayerIndex index) {
+        return io::Layer{name, rgba, exists ? targets->readLayer(index) : ImageF(shot.width, shot.height, 4)};
+    };
+    std::vector<io::Layer> layers;
+    layers.push_back(read("rain", features.rain, FrameTargets::LayerIndex::Rain));
+    layers.push_back(read("splash", features.splashes, FrameTargets::LayerIndex::Splash));
+    layers.push_back(read("fog", features.fog, FrameTargets::LayerIndex::Fog));
+    layers.push_back(read("plate", true, FrameTargets::LayerIndex::Plate));
+    if (features.nearest) {
+        layers.push_back({"rain", {"Z"}, targets->readNearestDepth(), true});
+        layers.push_back({"rain.motion", {"x", "y"}, targets->readNearestMotion(), true});
+    }
+    return layers;
+}
+
+io::RenderedFrame Compositor::render(io::PlateFrame plate)
+{
+    Impl& m = *impl_;
+    CompositorStatistics& statistics = m.statistics;
+    const Timer clock;
+    io::RenderedFrame out;
+    out.number = plate.number;
+    out.extras = plate.extras;
+    ++statistics.frames;
+    if (m.plan.isPassThrough()) {
+        out.beauty = std::move(plate.pixels);
+        return out;
+    }
+
+    const passes::Features& features = m.plan.features;
+    const auto timed = [&](const char* name, auto&& work) {
+        const Timer timer;
+        work();
+        statistics.passMs[name] += timer.milliseconds();
+    };
+    const particles::Exposure exposure = m.exposureAt(plate.number);
+    particles::CellList cells;
+    shared::FrameConstants constants = m.constantsFor(plate.number, exposure);
+    if (features.rain) {
+        timed("cells", [&] { cells = m.rain->field().cellsInView(exposure, m.rain->visibility(exposure)); });
+        m.strokes->describe(constants, cells);
+    }
+    timed("upload", [&] {
+        statistics.repairedPixels += repairPixels(plate.pixels);
+        m.targets->uploadPlate(plate.pixels);
+        if (features.depth) m.uploadDepth(plate.number, exposure);
+        if (features.fog) m.uploadFog(exposure);
+        m.targets->setConstants(constants);
+    });
+    if (m.light)
+        timed("environment", [&] {
+            if (m.light->update(plate.pixels, exposure.projection, exposure.poseAtOpen))
+                m.targets->uploadDropRadiance(m.light->radiance(), m.light->lowPassBackground());
+            statistics.lightOrder = m.light->order();
+        });
+
+    m.targets->bind();
+    m.timer->begin();
+    const auto mark = [&](const char* name) { m.timer->mark(name); };
+    if (features.blur) m.blur->run(*m.targets), mark("blur");
+    if (features.splashes) m.splashes->run(*m.targets), mark("splashes");
+    if (features.rain) m.strokes->run(*m.targets, cells), mark("strokes");
+    m.composite->run(*m.targets);
+    mark("composite");
+    for (const auto& [name, ms] : m.timer->collect()) statistics.passMs[name] += ms;
+
+    timed("read-back", [&] {
+        out.beauty = m.targets->readBeauty();
+        if (features.layers) out.layers = m.readLayers();
+        if (features.rain) statistics.strokes += m.strokes->strokeCount();
+        if (features.splashes) statistics.splashes += m.splashes->splashCount();
+    });
+    m.context->check("rendering");
+    statistics.renderSeconds += clock.seconds();
+    return out;
+}
+
+}  // namespace virga::shot

@@ -1,0 +1,109 @@
+#include "shot/DepthSource.h"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "depth/Geometry.h"
+#include "io/Plate.h"
+
+namespace virga::shot {
+
+Ground parseGround(const std::string& text)
+{
+    const auto fail = [&]() -> Ground {
+        throw Error(ErrorCode::InvalidArgument,
+                    "--ground '{}': must be height[,pitch], the camera's height over 0 to 10000 m and its pitch down "
+                    "between -90 and 90 deg",
+                    text);
+    };
+    Ground ground{0, 0};
+    const char* const last = text.data() + text.size();
+    auto [end, error] = std::from_chars(text.data(), last, ground.height_m);
+    if (error != std::errc()) return fail();
+    if (end != last) {
+        if (*end != ',') return fail();
+        const auto pitch = std::from_chars(end + 1, last, ground.pitch_deg);
+        if (pitch.ec != std::errc() || pitch.ptr != last) return fail();
+    }
+    if (!(ground.height_m > 0 && ground.height_m <= 1e4) || !(ground.pitch_deg > -90 && ground.pitch_deg < 90))
+        return fail();
+    return ground;
+}
+
+DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
+    : pattern_(settings.depth), width_(width), height_(height)
+{
+    options_.scale = settings.depthScale;
+    options_.invert = settings.depthInvert;
+    options_.noValue = settings.depthNoValue;
+    if (pattern_.empty()) {
+        groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
+    } else if (io::isFramePattern(pattern_)) {
+        if (io::findFrames(pattern_).empty())
+            throw Error(ErrorCode::Input, "depth '{}': no frame of that pattern exists", pattern_);
+    } else if (!std::filesystem::exists(pattern_)) {
+        throw Error(ErrorCode::Input, "depth '{}': no such file", pattern_);
+    }
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& path) const
+{
+    const io::RawImage raw = io::readRawImage(path);
+    const auto& names = raw.channelNames;
+    // A layer of depth is called Z, depth.Z or the like; else the first channel is taken.
+    const auto z = std::find_if(names.begin(), names.end(), [](const std::string& name) {
+        return name == "Z" || name == "z" || name.ends_with(".Z") || name.ends_with(".z");
+    });
+    const int channel = z != names.end() ? int(z - names.begin()) : 0;
+    if (raw.isDisplayReferred && raw.bitDepth == 8)
+        log::warning("depth '{}' has 8 bits a pixel: {} levels of depth", path, 256);
+    ImageF stored(raw.pixels.width(), raw.pixels.height(), 1);
+    for (int y = 0; y < stored.height(); ++y)
+        for (int x = 0; x < stored.width(); ++x) stored.at(x, y) = raw.pixels.at(x, y, channel);
+
+    depth::Depth depth = depth::sanitizeDepth(stored, options_);
+    const depth::DepthCounts& counts = depth.counts;
+    if (counts.filled == counts.pixels)
+        throw Error(ErrorCode::Input, "depth '{}': none of its {} pixels has a depth above 0", path, counts.pixels);
+    if (counts.filled > 0)
+        log::detail("depth '{}': {} NaN, {} not above 0, {} without value; filled from their neighbours", path,
+                    counts.nan, counts.nonPositive, counts.noValue);
+    if (depth.metres.width() != width_ || depth.metres.height() != height_) {
+        log::detail("depth '{}' is {}x{}; resampled to the plate's {}x{} with edges kept", path, depth.metres.width(),
+                    depth.metres.height(), width_, height_);
+        depth = depth::resampleDepth(std::move(depth), width_, height_);
+    }
+    return std::make_shared<const depth::Depth>(std::move(depth));
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
+                                                    const camera::Projection& projection)
+{
+    if (groundLevel_) {
+        if (last_ && lastPose_ && lastPose_->position == pose.position &&
+            lastPose_->worldFromCamera == pose.worldFromCamera && lastPose_->verticalFov == pose.verticalFov)
+            return last_;
+        // The world's up in camera axes is the second row of worldFromCamera.
+        const depth::Vector up{pose.worldFromCamera[0].y, pose.worldFromCamera[1].y, pose.worldFromCamera[2].y};
+        const double height = pose.position.y - *groundLevel_;
+        if (!(height > 0))
+            throw Error(ErrorCode::Input, "frame {}: the camera track is {:g} m under the ground", frame, -height);
+        depth::Depth ground;
+        ground.metres = depth::groundDepth(width_, height_, 2 * std::atan(0.5 * width_ / projection.focal_px), height, up);
+        last_ = std::make_shared<const depth::Depth>(std::move(ground));
+        lastPose_ = pose;
+        return last_;
+    }
+    const std::string path = io::isFramePattern(pattern_) ? io::framePath(pattern_, frame) : pattern_;
+    if (path == lastPath_) return last_;
+    if (!std::filesystem::exists(path))
+        throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
+    last_ = fromImage(path);
+    lastPath_ = path;
+    return last_;
+}
+
+}  // namespace virga::shot

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "camera/Camera.h"
+#include "depth/DepthImage.h"
+#include "shot/Settings.h"
+
+namespace virga::shot {
+
+/// Depth for each frame of a shot: from images (one, or one a frame), or from a ground plane.
+class DepthSource {
+public:
+    /// Checks what can be checked: the file or the pattern's folder, the text of --ground.
+    /// firstPose: where the camera stands in the first frame; the ground is `height` under it.
+    /// Throws Error(Input), Error(InvalidArgument).
+    DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose);
+
+    /// width x height x 1 [m], +inf sky. The same object is returned while nothing changes, so that it need not be
+    /// uploaded again. Throws Error(Input) naming the file and the frame.
+    std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
+                                           const camera::Projection& projection);
+
+private:
+    std::shared_ptr<const depth::Depth> fromImage(const std::string& path) const;
+
+    std::string pattern_;
+    depth::DepthOptions options_;
+    int width_, height_;
+    std::optional<double> groundLevel_;  // world y [m]
+    std::string lastPath_;
+    std::optional<camera::Pose> lastPose_;
+    std::shared_ptr<const depth::Depth> last_;
+};
+
+/// "height[,pitch]": camera height over the ground [m], pitch down [deg, 0]. Throws Error(InvalidArgument).
+struct Ground {
+    double height_m, pitch_deg;
+};
+Ground parseGround(const std::string& text);
+
+}  // namespace virga::shot

@@ -1,0 +1,38 @@
+// What a shot needs, decided before anything is allocated (docs/design.md, "Skip what the scene doesn't need").
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "passes/FrameTargets.h"
+#include "shot/Settings.h"
+
+namespace virga::shot {
+
+/// What is wanted besides the settings.
+struct Wanted {
+    bool layers = false;  ///< rain, splash, fog, plate; depth and motion of the strokes
+};
+
+/// One line of `--explain`: a pass, whether it runs, and why.
+struct PlannedPass {
+    std::string name;
+    bool runs;
+    std::string why;
+};
+
+struct FramePlan {
+    passes::Features features;
+    bool cameraMoves = false;       ///< the emit pass needs the camera twice
+    bool lightFromPlate = false;    ///< the environment is made from each plate frame
+    bool needsLight = false;        ///< an environment at all
+    std::vector<PlannedPass> passes;
+
+    /// Nothing to do: plates pass through and no GL is opened.
+    bool isPassThrough() const { return !features.anything(); }
+};
+
+/// cameraMoves: the track, if any, is not constant.
+FramePlan planFrame(const Settings& settings, const Wanted& wanted, bool cameraMoves);
+
+}  // namespace virga::shot

@@ -1,0 +1,312 @@
+#include "shot/Parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <vector>
+
+#include "core/Error.h"
+
+namespace virga::shot {
+namespace {
+
+using S = Settings;
+constexpr double huge = 1e9;
+
+// clang-format off
+constexpr Parameter table[] = {
+    {"rate", "rain", "mm/h", 0, 2000, "how much rain falls; 5 is light, 25 heavy, 80 a downpour", &S::rate_mm_h},
+    {"strokes", "rain", "", 1, 2e7, "draw about this many visible strokes instead of as many as the rate has", &S::strokes},
+    {"drop-size", "rain", "x", 0.05, 20, "multiplies every drop's diameter", &S::dropSize},
+    {"speed", "rain", "x", 0, 100, "multiplies every drop's fall speed", &S::speed},
+    {"wind", "rain", "m/s", -100, 100, "steady wind along world x,z", &S::wind_m_s},
+    {"gust", "rain", "m/s", 0, 50, "rms of the wind's slow changes", &S::gust_m_s},
+    {"turbulence", "rain", "m/s", 0, 20, "rms of a drop's own small changes of velocity", &S::turbulence_m_s},
+    {"opacity", "rain", "x", 0, 100, "multiplies the strokes' opacity", &S::opacity},
+    {"near", "rain", "m", 0.01, 1e4, "no stroke nearer than this", &S::near_m},
+    {"far", "rain", "m", 0.02, 1e6, "no rain beyond this, drawn or as fog", &S::far_m},
+    {"threshold", "rain", "", 1e-5, 0.5, "least opacity of a stroke that is drawn; fainter ones are fog", &S::threshold},
+    {"seed", "rain", "", 0, 4294967295.0, "another number, other drops", &S::seed},
+    {"mattes", "rain", "", 0, 0, "stroke atlas to draw with (image, with or without a .json beside it)", &S::mattes},
+    {"shutter", "camera", "deg", 0, 3600, "shutter angle; 360 is open for the whole frame", &S::shutter_deg},
+    {"exposure", "camera", "s", 0, 60, "how long the shutter is open, instead of its angle", &S::exposure_s},
+    {"fov", "camera", "deg", 0.1, 179, "horizontal field of view; auto: the track's, else 60", &S::fov_deg},
+    {"focus", "camera", "m", 0.05, 1e6, "distance in focus", &S::focus_m},
+    {"fstop", "camera", "", 0.5, 1000, "aperture; large numbers keep near drops sharp", &S::fstop},
+    {"sensor-width", "camera", "mm", 1, 200, "width of the sensor, for the blur of near drops", &S::sensorWidth_mm},
+    {"camera", "camera", "", 0, 0, "camera track (Nuke .chan, metres)", &S::camera},
+    {"fps", "camera", "1/s", 1e-3, 1e5, "frames a second; auto: the plate's", &S::fps},
+    {"first-frame", "camera", "", -1e15, 1e15, "number of a movie's first frame", &S::firstFrame},
+    {"env", "light", "", 0, 0, "equirectangular panorama that lights the drops (EXR, HDR, PNG); none: from the plate", &S::env},
+    {"env-yaw", "light", "deg", -3600, 3600, "turns the panorama to the right", &S::envYaw_deg},
+    {"env-gain", "light", "x", 0, 1e6, "multiplies the light of the environment", &S::envGain},
+    {"env-order", "light", "", 0, 64, "order of the spherical harmonics", &S::envOrder},
+    {"sky", "light", "", 0, 1e6, "radiance of the sky where the plate does not show it", &S::sky},
+    {"background-boost", "light", "x", 0, 4, "adds back the background's detail, at no gain of energy", &S::backgroundBoost},
+    {"paper", "light", "", 0, 0, "the light of Wang et al. 2006: order 3, nine terms, 0.7 of the background added", &S::paper},
+    {"depth", "scene", "", 0, 0, "depth in metres, one image or a sequence (EXR, 16-bit PNG)", &S::depth},
+    {"depth-scale", "scene", "", 1e-9, 1e9, "metres in one stored unit of depth", &S::depthScale},
+    {"depth-invert", "scene", "", 0, 0, "the depth images hold inverse depth", &S::depthInvert},
+    {"depth-no-value", "scene", "", -huge, huge, "stored depth that means 'not measured'", &S::depthNoValue},
+    {"ground", "scene", "", 0, 0, "height[,pitch]: a ground plane instead of depth images; camera height m, pitch down deg", &S::ground},
+    {"fog", "scene", "1/m", 0, 1e3, "extinction of the fog; auto: of the drops that are not drawn", &S::fog_1_m},
+    {"fog-color", "scene", "", 0, 1e6, "linear r,g,b of the fog; auto: the light that drops return", &S::fogColor},
+    {"fog-distance", "scene", "m", 0, 1e6, "how far the scene is taken to be for the fog when there is no depth", &S::fogDistance_m},
+    {"blur", "scene", "px", 0, 50, "blur by the rain in front, sigma at infinity", &S::blur_px},
+    {"blur-distance", "scene", "m", 0.01, 1e6, "distance at which the blur has reached 63 %", &S::blurDistance_m},
+    {"splashes", "scene", "x", 0, 100, "multiplies the number of splashes; needs depth or a ground", &S::splashes},
+    {"splash-size", "scene", "x", 0.01, 100, "multiplies the size of splashes", &S::splashSize},
+    {"darken", "grade", "", 0, 1, "how much light the rainy day takes away", &S::darken},
+    {"desaturate", "grade", "", 0, 1, "how much colour it takes away", &S::desaturate},
+    {"grade-from", "grade", "", 0, 0, "still whose colours the plate takes on", &S::gradeFrom},
+    {"grade-amount", "grade", "", 0, 1, "how much of that", &S::gradeAmount},
+    {"colorspace", "file", "", 0, 0, "colour space of the plate; empty: what the file says", &S::colorspace},
+    {"output-colorspace", "file", "", 0, 0, "colour space of the output; empty: the plate's", &S::outputColorspace},
+    {"float", "file", "", 0, 0, "write EXR as 32-bit float (else half)", &S::floatOutput},
+    {"codec", "file", "", 0, 0, "FFmpeg encoder for a movie; empty: fits container and plate", &S::codec},
+    {"quality", "file", "", 0, 100, "its CRF or quantiser", &S::quality},
+    {"on-error", "file", "", 0, 0, "what to do with a frame that cannot be read", &S::onError, "stop|skip|hold"},
+};
+// clang-format on
+
+template <class... Fs>
+struct Overloaded : Fs... {
+    using Fs::operator()...;
+};
+template <class... Fs>
+Overloaded(Fs...) -> Overloaded<Fs...>;
+
+std::string allowed(const Parameter& p)
+{
+    const std::string unit = *p.unit ? std::string(" ") + p.unit : "";
+    return fmt::format("{:g} to {:g}{}", p.least, p.most, unit);
+}
+
+[[noreturn]] void refuse(const Parameter& p, const std::string& text, const std::string& wanted)
+{
+    throw Error(ErrorCode::InvalidArgument, "--{} '{}': must be {}", p.name, text, wanted);
+}
+
+double checked(const Parameter& p, double value, const std::string& text)
+{
+    if (!(value >= p.least && value <= p.most)) refuse(p, text, allowed(p));
+    return value;
+}
+
+double numberFrom(const Parameter& p, std::string_view word, const std::string& text)
+{
+    double value = 0;
+    const char* first = word.data();
+    const char* last = first + word.size();
+    if (first != last && *first == '+') ++first;
+    const auto [end, error] = std::from_chars(first, last, value);
+    if (error != std::errc() || end != last) refuse(p, text, "a number, " + allowed(p));
+    return checked(p, value, text);
+}
+
+/// "1,2,3" -> exactly N numbers.
+template <std::size_t N>
+std::array<double, N> numbersFrom(const Parameter& p, const std::string& text)
+{
+    std::array<double, N> numbers{};
+    std::string_view rest = text;
+    for (std::size_t i = 0; i < N; ++i) {
+        const std::size_t comma = rest.find(',');
+        if ((comma == std::string_view::npos) != (i + 1 == N))
+            refuse(p, text, fmt::format("{} numbers separated by commas, each {}", N, allowed(p)));
+        numbers[i] = numberFrom(p, rest.substr(0, comma), text);
+        rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
+    }
+    return numbers;
+}
+
+bool isChoice(const Parameter& p, std::string_view word)
+{
+    std::string_view rest = p.choices;
+    while (true) {
+        const std::size_t bar = rest.find('|');
+        if (rest.substr(0, bar) == word) return true;
+        if (bar == std::string_view::npos) return false;
+        rest.remove_prefix(bar + 1);
+    }
+}
+
+/// The shortest text that reads back to the same double.
+std::string numberText(double value) { return fmt::format("{}", value); }
+
+template <std::size_t N>
+std::string numbersText(const std::array<double, N>& values)
+{
+    std::string text;
+    for (const double v : values) text += (text.empty() ? "" : ",") + numberText(v);
+    return text;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters() { return table; }
+
+const Parameter& findParameter(std::string_view name)
+{
+    std::vector<std::string> known;
+    for (const Parameter& p : table) {
+        if (name == p.name) return p;
+        known.emplace_back(p.name);
+    }
+    const std::string nearest = nearestWord(name, known);
+    throw Error(ErrorCode::InvalidArgument, "no setting is called '{}'{}", name,
+                nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
+}
+
+void setFromText(Settings& settings, const Parameter& p, const std::string& text)
+{
+    std::visit(Overloaded{
+                   [&](double S::*m) { settings.*m = numberFrom(p, text, text); },
+                   [&](AutoNumber S::*m) {
+                       if (text == "auto")
+                           settings.*m = std::nullopt;
+                       else
+                           settings.*m = numberFrom(p, text, text);
+                   },
+                   [&](std::int64_t S::*m) {
+                       const double value = numberFrom(p, text, text);
+                       if (value != std::round(value)) refuse(p, text, "a whole number, " + allowed(p));
+                       settings.*m = std::int64_t(value);
+                   },
+                   [&](bool S::*m) {
+                       if (text != "true" && text != "false") refuse(p, text, "true or false");
+                       settings.*m = text == "true";
+                   },
+                   [&](std::string S::*m) {
+                       if (p.choices != nullptr && !isChoice(p, text)) refuse(p, text, std::string("one of ") + p.choices);
+                       settings.*m = text;
+                   },
+                   [&](std::array<double, 2> S::*m) { settings.*m = numbersFrom<2>(p, text); },
+                   [&](AutoColor S::*m) {
+                       if (text == "auto")
+                           settings.*m = std::nullopt;
+                       else
+                           settings.*m = numbersFrom<3>(p, text);
+                   },
+               },
+               p.member);
+}
+
+std::string toText(const Settings& settings, const Parameter& p)
+{
+    return std::visit(
+        Overloaded{
+            [&](double S::*m) { return numberText(settings.*m); },
+            [&](AutoNumber S::*m) { return settings.*m ? numberText(*(settings.*m)) : std::string("auto"); },
+            [&](std::int64_t S::*m) { return std::to_string(settings.*m); },
+            [&](bool S::*m) { return std::string(settings.*m ? "true" : "false"); },
+            [&](std::string S::*m) { return settings.*m; },
+            [&](std::array<double, 2> S::*m) { return numbersText(settings.*m); },
+            [&](AutoColor S::*m) { return settings.*m ? numbersText(*(settings.*m)) : std::string("auto"); },
+        },
+        p.member);
+}
+
+void setFromJson(Settings& settings, const Parameter& p, const nlohmann::json& value)
+{
+    if (value.is_string())
+        setFromText(settings, p, value.get<std::string>());
+    else if (value.is_number())
+        setFromText(settings, p, numberText(value.get<double>()));
+    else if (value.is_boolean())
+        setFromText(settings, p, value.get<bool>() ? "true" : "false");
+    else if (value.is_array()) {
+        std::string text;
+        for (const nlohmann::json& item : value) {
+            if (!item.is_number()) refuse(p, value.dump(), "a list of numbers");
+            text += (text.empty() ? "" : ",") + numberText(item.get<double>());
+        }
+        setFromText(settings, p, text);
+    } else {
+        refuse(p, value.dump(), "a number, a text, a list of numbers, true or false");
+    }
+}
+
+nlohmann::json toJson(const Settings& settings, const Parameter& p)
+{
+    return std::visit(
+        Overloaded{
+            [&](double S::*m) -> nlohmann::json { return settings.*m; },
+            [&](AutoNumber S::*m) -> nlohmann::json {
+                if (settings.*m) return *(settings.*m);
+                return "auto";
+            },
+            [&](std::int64_t S::*m) -> nlohmann::json { return settings.*m; },
+            [&](bool S::*m) -> nlohmann::json { return settings.*m; },
+            [&](std::string S::*m) -> nlohmann::json { return settings.*m; },
+            [&](std::array<double, 2> S::*m) -> nlohmann::json { return settings.*m; },
+            [&](AutoColor S::*m) -> nlohmann::json {
+                if (settings.*m) return *(settings.*m);
+                return "auto";
+            },
+        },
+        p.member);
+}
+
+std::string parametersPage()
+{
+    std::string page =
+        "# Parameters\n\n"
+        "Generated from the parameter table by `virga info --parameters`; a test holds it current. Every row is a flag "
+        "of `virga rain`, a key of its settings file, and a setting of the library.\n\n";
+    const Settings defaults;
+    std::string_view group;
+    for (const Parameter& p : table) {
+        if (group != p.group) {
+            group = p.group;
+            page += fmt::format("## {}\n\n| flag | default | unit | range | what it does |\n|---|---|---|---|---|\n", group);
+        }
+        const bool isText = std::holds_alternative<std::string S::*>(p.member);
+        std::string range = p.isSwitch() ? "" : isText ? "" : fmt::format("{:g} … {:g}", p.least, p.most);
+        if (p.choices != nullptr) {
+            range = p.choices;
+            for (std::size_t at = 0; (at = range.find('|', at)) != std::string::npos; at += 3) range.replace(at, 1, " / ");
+        }
+        const std::string value = toText(defaults, p);
+        page += fmt::format("| `--{}` | {} | {} | {} | {} |\n", p.name, value.empty() ? "" : "`" + value + "`", p.unit,
+                            range, p.help);
+        const bool lastOfGroup = &p == std::end(table) - 1 || std::string_view((&p)[1].group) != group;
+        if (lastOfGroup) page += "\n";
+    }
+    page.pop_back();
+    return page;
+}
+
+std::string nearestWord(std::string_view word, std::span<const std::string> known)
+{
+    // Levenshtein distance, one row at a time.
+    const auto distance = [](std::string_view a, std::string_view b) {
+        std::vector<std::size_t> row(b.size() + 1);
+        std::iota(row.begin(), row.end(), std::size_t(0));
+        for (std::size_t i = 1; i <= a.size(); ++i) {
+            std::size_t diagonal = std::exchange(row[0], i);
+            for (std::size_t j = 1; j <= b.size(); ++j) {
+                const std::size_t kept = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+                diagonal = std::exchange(row[j], std::min({kept, row[j] + 1, row[j - 1] + 1}));
+            }
+        }
+        return row.back();
+    };
+    std::string nearest;
+    std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+    for (const std::string& candidate : known) {
+        const std::size_t d = distance(word, candidate);
+        if (d < least) {
+            least = d;
+            nearest = candidate;
+        }
+    }
+    return nearest;
+}
+
+}  // namespace virga::shot

@@ -1,0 +1,197 @@
+#include "shot/RainJob.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "shot/ContactSheet.h"
+#include "shot/Parameters.h"
+
+namespace virga::shot {
+namespace {
+
+io::OnError onErrorOf(const Settings& settings)
+{
+    if (settings.onError == "skip") return io::OnError::Skip;
+    if (settings.onError == "hold") return io::OnError::Hold;
+    return io::OnError::Stop;
+}
+
+/// The frames to render, checked against those that the plate has.
+std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::PlateInfo& plate, io::OnError onError)
+{
+    if (plate.frames.empty()) throw Error(ErrorCode::Input, "plate '{}' holds no frame", plate.path);
+    std::vector<FrameNumber> frames = options.frames.empty() ? plate.frames : parseFrameRange(options.frames);
+    if (plate.isStill && options.frames.empty()) return frames;
+
+    const std::set<FrameNumber> known(plate.frames.begin(), plate.frames.end());
+    std::vector<FrameNumber> missing;
+    for (const FrameNumber frame : frames)
+        if (!known.contains(frame)) missing.push_back(frame);
+    // A still stands in for every frame that is asked for.
+    if (!plate.isStill && !missing.empty() && (plate.isMovie || onError == io::OnError::Stop))
+        throw Error(plate.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
+                    "frames {} are not in the plate '{}', which has {}", formatFrameRange(missing), plate.path,
+                    formatFrameRange(plate.frames));
+    if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
+        log::warning("frames are rendered in the order given, {}", options.frames);
+    return frames;
+}
+
+double peakMemory_mb()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return double(usage.ru_maxrss) / 1024;
+}
+
+/// A few plate frames for the colour transfer: first, middle, last of the whole plate, whatever range is rendered.
+std::vector<ImageF> samplePlate(io::PlateReader& reader)
+{
+    std::vector<ImageF> samples;
+    const auto& frames = reader.info().frames;
+    for (const std::size_t i : {std::size_t(0), frames.size() / 2, frames.size() - 1}) {
+        if (auto frame = reader.read(frames[i])) samples.push_back(std::move(frame->pixels));
+        if (frames.size() == 1) break;
+    }
+    return samples;
+}
+
+}  // namespace
+
+RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
+                      const std::function<Verdict(const Progress&)>& progress)
+{
+    const Timer start;
+    const io::OnError onError = onErrorOf(settings);
+    const auto reader = io::openPlate(options.plate, {.colorspace = settings.colorspace,
+                                                      .fps = settings.fps,
+                                                      .firstFrame = settings.firstFrame,
+                                                      .onError = onError});
+    const io::PlateInfo& plate = reader->info();
+    const std::vector<FrameNumber> frames = framesOf(options, plate, onError);
+    const auto writer = io::createPlateWriter(options.output, *reader,
+                                              {.outputColorspace = settings.outputColorspace,
+                                               .codec = settings.codec,
+                                               .quality = settings.quality,
+                                               .half = !settings.floatOutput,
+                                               .layers = options.layers});
+
+    const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
+    std::vector<ImageF> samples;
+    if (!settings.gradeFrom.empty()) samples = samplePlate(*reader);
+    Compositor compositor(settings, shot,
+                          {.wanted = {.layers = options.layers}, .device = options.device,
+                           .shaderFolder = options.shaderFolder},
+                          samples);
+    samples.clear();
+
+    RainReport report;
+    report.plate = plate;
+    report.plan = compositor.plan();
+    report.startSeconds = start.seconds();
+
+    ContactSheet sheet(options.preview, frames);
+    reader->schedule(frames);
+    const Timer clock;
+    Progress state;
+    state.total = frames.size();
+    for (const FrameNumber number : frames) {
+        std::optional<io::PlateFrame> frame = reader->read(plate.isStill ? plate.frames.front() : number);
+        if (!frame) {
+            report.repairedFrames.push_back(fmt::format("frame {} was skipped", number));
+            continue;
+        }
+        frame->number = number;
+        if (!frame->repaired.empty()) report.repairedFrames.push_back(frame->repaired);
+        sheet.addBefore(number, frame->pixels);
+        io::RenderedFrame rendered = compositor.render(std::move(*frame));
+        sheet.addAfter(number, rendered.beauty);
+        writer->write(std::move(rendered));
+        report.frames.push_back(number);
+
+        state.done = report.frames.size();
+        state.frame = number;
+        state.seconds = clock.seconds();
+        if (progress(state) == Verdict::Stop) {
+            report.stopped = true;
+            break;
+        }
+    }
+    if (report.frames.empty())
+        throw Error(ErrorCode::Input, "plate '{}': none of the frames {} could be read", plate.path,
+                    formatFrameRange(frames));
+    writer->finish();
+    report.seconds = clock.seconds();
+    report.statistics = compositor.statistics();
+    sheet.write();
+    return report;
+}
+
+std::string explain(const FramePlan& plan, const CompositorStatistics* statistics)
+{
+    const auto cost = [&](const std::string& pass) -> std::string {
+        if (statistics == nullptr || statistics->frames == 0) return "";
+        const auto found = statistics->passMs.find(pass);
+        if (found == statistics->passMs.end()) return "";
+        return fmt::format("{:.2f} ms", found->second / double(statistics->frames));
+    };
+    std::string text;
+    for (const PlannedPass& pass : plan.passes)
+        text += fmt::format("{:<17} {:<8} {:<10} {}\n", pass.name, pass.runs ? "on" : "skipped",
+                            pass.runs ? cost(pass.name) : "", pass.why);
+    if (statistics != nullptr && statistics->frames > 0)
+        for (const char* step : {"cells", "upload", "read-back"})
+            if (const std::string ms = cost(step); !ms.empty()) text += fmt::format("{:<17} {:<8} {}\n", step, "on", ms);
+    return text;
+}
+
+std::string reportJson(const RainReport& report, const Settings& settings)
+{
+    using nlohmann::json;
+    const CompositorStatistics& s = report.statistics;
+    const double frames = double(std::max<std::size_t>(report.frames.size(), 1));
+    json passes = json::object(), skipped = json::object();
+    for (const auto& [name, ms] : s.passMs) passes[name] = ms / frames;
+    for (const PlannedPass& pass : report.plan.passes)
+        if (!pass.runs) skipped[pass.name] = pass.why;
+
+    json settingsJson = json::object();
+    for (const Parameter& p : parameters()) settingsJson[p.name] = toJson(settings, p);
+    json object = {
+        {"frames", report.frames.size()},
+        {"frame_range", formatFrameRange(report.frames)},
+        {"width", report.plate.width},
+        {"height", report.plate.height},
+        {"fps", report.plate.fps},
+        {"fps_rendered", report.seconds > 0 ? double(report.frames.size()) / report.seconds : 0},
+        {"seconds", report.seconds},
+        {"start_seconds", report.startSeconds},
+        {"render_ms_per_frame", 1e3 * s.renderSeconds / frames},
+        {"strokes_per_frame", double(s.strokes) / frames},
+        {"splashes_per_frame", double(s.splashes) / frames},
+        {"passes", passes},
+        {"skipped", skipped},
+        {"device", s.device},
+        {"peak_memory_mb", peakMemory_mb()},
+        {"plate", {{"path", report.plate.path},
+                   {"format", report.plate.format},
+                   {"colorspace", report.plate.colorspace},
+                   {"colorspace_source", report.plate.colorspaceSource}}},
+        {"light", {{"source", settings.env.empty() ? "plate" : settings.env}, {"order", s.lightOrder}}},
+        {"fog_extinction_per_m", s.fogExtinction_1_m},
+        {"repaired", {{"plate_values", s.repairedPixels}, {"depth_pixels", s.depthHoles},
+                      {"depth_resampled", s.depthResampled}, {"frames", report.repairedFrames}}},
+        {"stopped", report.stopped},
+        {"settings", settingsJson},
+    };
+    return object.dump(2);
+}
+
+}  // namespace virga::shot

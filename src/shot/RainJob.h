@@ -1,0 +1,53 @@
+// `virga rain`, whole: plate in, rain, plate out. Decoding, rendering and encoding overlap.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "core/Timer.h"
+#include "shot/Compositor.h"
+#include "shot/Settings.h"
+
+namespace virga::shot {
+
+struct RainJobOptions {
+    std::string plate, output;
+    std::string frames;        ///< frame range; empty: all
+    bool layers = false;
+    std::string preview;       ///< contact sheet, PNG; empty: none
+    std::string device = "auto";
+    std::string shaderFolder;
+};
+
+/// What is told while working.
+struct Progress {
+    std::size_t done = 0, total = 0;
+    FrameNumber frame = 0;   ///< finished last
+    double seconds = 0;      ///< since the first frame was asked for
+};
+enum class Verdict { Continue, Stop };
+
+struct RainReport {
+    io::PlateInfo plate;
+    FramePlan plan;
+    CompositorStatistics statistics;
+    std::vector<FrameNumber> frames;         ///< written
+    std::vector<std::string> repairedFrames; ///< sentences: held or skipped, and why
+    double seconds = 0;                      ///< from the first read to the last write
+    double startSeconds = 0;                 ///< from the command to the first read
+    bool stopped = false;                    ///< by the user, after the frames listed
+};
+
+/// Runs the job. progress is called after each frame on this thread; Stop finishes the file so that it plays.
+/// Throws Error; nothing half-written is left under the output's name.
+RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
+                      const std::function<Verdict(const Progress&)>& progress);
+
+/// The plan alone, without rendering: for `--explain` on its own.
+std::string explain(const FramePlan& plan, const CompositorStatistics* statistics);
+
+/// The object that `virga rain --json` prints.
+std::string reportJson(const RainReport& report, const Settings& settings);
+
+}  // namespace virga::shot

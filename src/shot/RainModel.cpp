@@ -1,0 +1,102 @@
+#include "shot/RainModel.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/Error.h"
+#include "rainfall/SizeClasses.h"
+
+namespace virga::shot {
+namespace {
+
+constexpr double mostStrokes = 3e7;           // over 2 GB of them
+constexpr double leastSplashDiameter = 1e-3;  // smaller drops leave nothing to see [m]
+constexpr double splashLife_s = 0.12;
+constexpr double splashCell_m = 0.1;
+constexpr unsigned splashSubdivisions = 12;   // the coarsest cells are 0.1 m * 2^12 = 410 m
+constexpr double splashReach_m = 60;          // beyond it a splash is a fraction of a pixel
+
+/// A rate that is not 0 stands in for the sizes when --strokes asks for strokes at rate 0.
+double rateForSizes(const Settings& s) { return s.rate_mm_h > 0 ? s.rate_mm_h : 25; }
+
+particles::RainField fieldOf(const Settings& s, const rainfall::DropSizes& sizes, const particles::Exposure& first,
+                             const particles::Visibility& visibility)
+{
+    const particles::Motion motion({.wind = {s.wind_m_s[0], s.wind_m_s[1]},
+                                    .gust = s.gust_m_s,
+                                    .turbulence = s.turbulence_m_s,
+                                    .speedScale = s.speed,
+                                    .seed = std::uint32_t(s.seed)});
+    const auto classes = rainfall::makeSizeClasses(sizes);
+    const auto seed = std::uint32_t(s.seed);
+    particles::RainField field(classes, sizes.slope(), motion, seed);
+    const double expected = field.expectedStrokes(first.projection, first.duration_s, visibility);
+    const double wanted = s.strokes ? *s.strokes : expected;
+    if (wanted > mostStrokes)
+        throw Error(ErrorCode::InvalidArgument,
+                    "--rate {:g} with --threshold {:g} would draw {:.3g} strokes a frame; at most {:.0g} can be drawn: "
+                    "raise --threshold or lower --far",
+                    s.rate_mm_h, s.threshold, wanted, mostStrokes);
+    if (!s.strokes) return field;
+    if (expected <= 0)
+        throw Error(ErrorCode::InvalidArgument,
+                    "--strokes {:g}: no drop of this rain is visible with --near {:g}, --far {:g}, --threshold {:g}",
+                    wanted, s.near_m, s.far_m, s.threshold);
+    return particles::RainField(classes, sizes.slope(), motion, seed, wanted / expected);
+}
+
+particles::Visibility limitsOf(const Settings& s)
+{
+    if (s.far_m <= s.near_m)
+        throw Error(ErrorCode::InvalidArgument, "--far {:g} m must be over --near {:g} m", s.far_m, s.near_m);
+    particles::Visibility limits;
+    limits.near_m = s.near_m;
+    limits.far_m = s.far_m;
+    // What the multiplier makes more opaque is seen from farther; at opacity 0 nothing is drawn at all.
+    limits.threshold = s.threshold / std::max(s.opacity, 1e-6);
+    return limits;
+}
+
+}  // namespace
+
+RainModel::RainModel(const Settings& s, const particles::Exposure& first)
+    : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), sensorWidth_mm_(s.sensorWidth_mm), fstop_(s.fstop),
+      focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_))
+{
+}
+
+particles::Visibility RainModel::visibility(const particles::Exposure& exposure) const
+{
+    particles::Visibility v = limits_;
+    const double aperture_m = 1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
+    v.blurAngle = 0.5 * aperture_m * std::abs(1 / v.near_m - 1 / focus_m_);
+    return v;
+}
+
+double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposure) const
+{
+    return field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
+                                      sizes_.extinction(1.0));
+}
+
+void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,
+                                 const Settings& s) const
+{
+    const double least = leastSplashDiameter * s.dropSize;
+    const double impacts = sizes_.impactsPerAreaAndTime(least) * field_.densityScale() * s.splashes;
+    c.splash = {float(impacts * splashCell_m * splashCell_m * splashLife_s), float(splashLife_s), float(s.splashSize), 0};
+    const double slots = (exposure.open_s + 0.5 * exposure.duration_s) / splashLife_s;
+    c.splash.w = float(slots - std::floor(slots));
+    const double coarse = splashCell_m * double(1u << splashSubdivisions);
+    const auto cellOf = [&](double x) { return std::floor(x / coarse); };
+    const glm::dvec3& camera = exposure.poseAtOpen.position;
+    c.splashGrid = {float(splashCell_m), float(camera.x - cellOf(camera.x) * coarse),
+                    float(camera.z - cellOf(camera.z) * coarse), 0};
+    c.splashKey = {std::uint32_t(s.seed), std::uint32_t(std::int64_t(cellOf(camera.x))),
+                   std::uint32_t(std::int64_t(cellOf(camera.z))), 0};
+    c.splashTime = {std::uint32_t(std::int64_t(std::floor(slots))), splashSubdivisions, 0, 0};
+    c.splashDrop = {float(least), float(sizes_.largestDiameter()), float(sizes_.slope()),
+                    float(std::min(splashReach_m, s.far_m))};
+}
+
+}  // namespace virga::shot

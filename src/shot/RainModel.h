@@ -1,0 +1,34 @@
+#pragma once
+
+#include "particles/RainField.h"
+#include "passes/SharedFrame.h"
+#include "rainfall/DropSizes.h"
+#include "shot/Settings.h"
+
+namespace virga::shot {
+
+/// The settings' rain as physics: which drops there are, which of them are drawn, what the rest does to the view.
+class RainModel {
+public:
+    /// `first`: the shot's first exposure; `--strokes` scales the density so that it shows about that many.
+    /// Throws Error(InvalidArgument) if the settings ask for more strokes than can be drawn.
+    RainModel(const Settings& settings, const particles::Exposure& first);
+
+    const particles::RainField& field() const { return field_; }
+    particles::Visibility visibility(const particles::Exposure& exposure) const;
+
+    /// Optical depth [1] of the rain that is not drawn one by one, out to `depth_m`.
+    double opticalDepth(double depth_m, const particles::Exposure& exposure) const;
+
+    /// Fills what the splash pass needs of the constants.
+    void describeSplashes(shared::FrameConstants& constants, const particles::Exposure& exposure,
+                          const Settings& settings) const;
+
+private:
+    rainfall::DropSizes sizes_;
+    particles::Visibility limits_;
+    double aperture_mm_ = 0, sensorWidth_mm_ = 0, fstop_ = 0, focus_m_ = 0;
+    particles::RainField field_;
+};
+
+}  // namespace virga::shot

@@ -1,0 +1,77 @@
+// Everything that shapes a shot's rain, in the units that artists type. The one table of them is in Parameters.h.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace virga::shot {
+
+/// A number that may be left to the program.
+using AutoNumber = std::optional<double>;
+/// Linear RGB that may be left to the program.
+using AutoColor = std::optional<std::array<double, 3>>;
+
+/// Defaults are the table's; docs/parameters.md says what each does.
+struct Settings {
+    // rain
+    double rate_mm_h = 25;
+    AutoNumber strokes;
+    double dropSize = 1;
+    double speed = 1;
+    std::array<double, 2> wind_m_s{0, 0};
+    double gust_m_s = 0.3;
+    double turbulence_m_s = 0.25;
+    double opacity = 1;
+    double near_m = 0.5;
+    double far_m = 500;
+    double threshold = 0.002;
+    std::int64_t seed = 1;
+    std::string mattes;
+    // camera
+    double shutter_deg = 180;
+    AutoNumber exposure_s;
+    AutoNumber fov_deg;
+    double focus_m = 8;
+    double fstop = 5.6;
+    double sensorWidth_mm = 24.9;
+    std::string camera;
+    AutoNumber fps;
+    std::int64_t firstFrame = 0;
+    // light
+    std::string env;
+    double envYaw_deg = 0;
+    double envGain = 1;
+    AutoNumber envOrder;
+    AutoNumber sky;
+    double backgroundBoost = 0;
+    bool paper = false;
+    // scene
+    std::string depth;
+    double depthScale = 1;
+    bool depthInvert = false;
+    AutoNumber depthNoValue;
+    std::string ground;
+    AutoNumber fog_1_m;
+    AutoColor fogColor;
+    double fogDistance_m = 50;
+    double blur_px = 0.5;
+    double blurDistance_m = 50;
+    double splashes = 1;
+    double splashSize = 1;
+    // grade
+    double darken = 0.1;
+    double desaturate = 0.15;
+    std::string gradeFrom;
+    double gradeAmount = 1;
+    // input and output
+    std::string colorspace;
+    std::string outputColorspace;
+    bool floatOutput = false;
+    std::string codec;
+    AutoNumber quality;
+    std::string onError = "stop";
+};
+
+}  // namespace virga::shot
