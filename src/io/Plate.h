@@ -37,12 +37,15 @@ struct PlateInfo {
     bool isStill = false;     ///< one image, no pattern
     int width = 0, height = 0;
     double fps = 24;          ///< frames per second (average, for a variable rate) [1/s]
+    bool isVariableRate = false;
+    double pixelAspect = 1;   ///< width of a pixel / its height
     std::vector<FrameNumber> frames;  ///< every frame that exists, ascending
     bool hasAlpha = false;
     int bitDepth = 8;         ///< of a channel in the file; 16 and 32 for half and float
     bool isFloat = false;     ///< half or float file
     std::string colorspace;   ///< the colour space that the pixels are converted from
-    std::string colorspaceSource;     ///< why: "flag", "metadata", "guess from ..."
+    std::string colorspaceSource;     ///< why: "flag", "metadata", "file rules of $OCIO", "guess: ..."
+    std::string workingColorspace;    ///< what they are converted to: linear, in the same primaries
     std::string format;       ///< for the log: "h264 yuv420p", "openexr half"
 };
 
@@ -75,9 +78,9 @@ std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOption
 
 struct WriteOptions {
     std::string outputColorspace;       ///< empty: the plate's own
-    std::string codec;                  ///< FFmpeg encoder name; empty: from the container and the plate
-    std::optional<double> quality;      ///< CRF or quantiser of the codec
-    bool half = true;                   ///< EXR channels as half (else float)
+    std::string codec;                  ///< FFmpeg encoder name, or compression of EXR and TIFF; empty: as the plate
+    std::optional<double> quality;      ///< CRF or quantiser of the codec; 1..100 for JPEG
+    std::optional<bool> half;           ///< EXR channels as half, or as float; nothing: float if the plate is, else half
     bool layers = false;                ///< EXR: write RenderedFrame::layers beside the beauty
 };
 

@@ -1,0 +1,34 @@
+// Files that appear under their name only when they are whole.
+#pragma once
+
+#include <string>
+
+namespace virga::io {
+
+/// The file of `finalPath` while it is being made: `.NAME.partial` in the same folder, so that renaming is atomic.
+/// Unless commit() is called the destructor removes it.
+class AtomicFile {
+public:
+    explicit AtomicFile(std::string finalPath);
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    const std::string& finalPath() const { return finalPath_; }
+    const std::string& temporaryPath() const { return temporaryPath_; }
+
+    /// Gives the file its name, replacing what had it. Throws Error(Output).
+    void commit();
+
+private:
+    std::string finalPath_, temporaryPath_;
+    bool committed_ = false;
+};
+
+/// Throws Error(Output) unless the folder of `path` exists and can be written to, and `path` is not a folder itself.
+void checkOutputFolder(const std::string& path);
+
+/// Whether both names mean the same file; false if either does not exist.
+bool isSameFile(const std::string& a, const std::string& b) noexcept;
+
+}  // namespace virga::io

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+
+namespace virga::io {
+
+/// Colours from one space to another, a run of pixels at a time. Straight (not premultiplied) colours; alpha is not
+/// seen. Safe to call from several threads.
+class ColorTransform {
+public:
+    virtual ~ColorTransform() = default;
+    /// In place, `count` values in each of the three.
+    virtual void apply(float* red, float* green, float* blue, std::size_t count) const = 0;
+    /// Whether apply() leaves every value as it is, so that nobody need call it.
+    virtual bool isIdentity() const { return false; }
+};
+
+}  // namespace virga::io

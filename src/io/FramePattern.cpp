@@ -1,0 +1,116 @@
+// Patterns that name one file a frame. The number stands in the last part of the path.
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include "core/Error.h"
+#include "io/Plate.h"
+
+namespace virga::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A pattern cut where the frame number goes.
+struct Parts {
+    std::string before, after;
+    int digits = 1;  // least number of digits, filled with zeros
+};
+
+std::size_t runLength(const std::string& text, std::size_t at)
+{
+    const std::size_t end = text.find_first_not_of(text[at], at);
+    return (end == std::string::npos ? text.size() : end) - at;
+}
+
+/// The placeholder that begins at `at`: its length and the digits that it asks for.
+std::optional<std::pair<std::size_t, int>> placeholderAt(const std::string& text, std::size_t at)
+{
+    const auto isDigit = [&](std::size_t i) { return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])); };
+    if (text[at] == '#' || text[at] == '@') {
+        const std::size_t length = runLength(text, at);
+        return std::pair{length, int(length)};
+    }
+    std::size_t end = at + 1;
+    if (text[at] == '%') {
+        while (isDigit(end) && end < at + 4) ++end;
+        if (end >= text.size() || text[end] != 'd') return std::nullopt;
+        const int digits = end == at + 1 ? 1 : std::stoi(text.substr(at + 1, end - at - 1));
+        return std::pair{end + 1 - at, std::max(1, digits)};
+    }
+    if (text[at] == '$' && end < text.size() && text[end] == 'F') {
+        const int digits = isDigit(end + 1) ? text[end + 1] - '0' : 1;
+        return std::pair{std::size_t(isDigit(end + 1) ? 3 : 2), std::max(1, digits)};
+    }
+    return std::nullopt;
+}
+
+/// The last placeholder of the file's name counts: in "take#2.%04d.exr" that is %04d.
+std::optional<Parts> split(const std::string& pattern)
+{
+    const std::size_t slash = pattern.rfind('/');
+    std::optional<Parts> found;
+    for (std::size_t at = slash == std::string::npos ? 0 : slash + 1; at < pattern.size();) {
+        if (const auto placeholder = placeholderAt(pattern, at)) {
+            found = Parts{pattern.substr(0, at), pattern.substr(at + placeholder->first), placeholder->second};
+            at += placeholder->first;
+        } else {
+            ++at;
+        }
+    }
+    return found;
+}
+
+}  // namespace
+
+std::string framePath(const std::string& pattern, FrameNumber number)
+{
+    const auto parts = split(pattern);
+    if (!parts) return pattern;
+    // As printf does, the sign takes one of the places.
+    return fmt::format("{}{:0{}d}{}", parts->before, number, parts->digits, parts->after);
+}
+
+bool isFramePattern(const std::string& pattern)
+{
+    std::error_code ignored;
+    return split(pattern).has_value() && !fs::is_regular_file(pattern, ignored);
+}
+
+std::vector<FrameNumber> findFrames(const std::string& pattern)
+{
+    const auto parts = split(pattern);
+    std::error_code error;
+    if (!parts) return fs::exists(pattern, error) ? std::vector<FrameNumber>{0} : std::vector<FrameNumber>{};
+
+    const fs::path path(pattern);
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder, error))
+        throw Error(ErrorCode::Input, "{}: the folder {} does not exist", pattern, folder.string());
+
+    const std::string before = fs::path(parts->before).filename().string();
+    std::vector<FrameNumber> frames;
+    fs::directory_iterator entries(folder, error);
+    if (error) throw Error(ErrorCode::Input, "{}: the folder {} cannot be read: {}", pattern, folder.string(), error.message());
+    for (const auto& entry : entries) {
+        const std::string name = entry.path().filename().string();
+        if (name.size() <= before.size() + parts->after.size() || !name.starts_with(before) || !name.ends_with(parts->after))
+            continue;
+        const std::string digits = name.substr(before.size(), name.size() - before.size() - parts->after.size());
+        FrameNumber number = 0;
+        const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+        // Only the very name that framePath would give counts: "7" is not a frame of "%04d".
+        if (problem == std::errc() && end == digits.data() + digits.size() &&
+            fmt::format("{:0{}d}", number, parts->digits) == digits)
+            frames.push_back(number);
+    }
+    std::sort(frames.begin(), frames.end());
+    return frames;
+}
+
+}  // namespace virga::io

@@ -1,0 +1,78 @@
+// What the readers of movies and of sequences have in common below PlateReader.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "io/Plate.h"
+
+namespace virga::io {
+
+/// One piece of metadata of an image file, in OpenImageIO's words.
+struct Attribute {
+    std::string name;
+    std::string type;                  ///< OpenImageIO TypeDesc, "int", "float[8]", "timecode"
+    std::vector<std::byte> data;       ///< unless it is text
+    std::vector<std::string> strings;  ///< the texts, for type "string"
+};
+
+struct FrameExtras {
+    std::string fileFormat;              ///< "openexr", "png"; empty for movies
+    std::vector<Attribute> attributes;   ///< of image files
+};
+
+struct Rational {
+    int num = 0, den = 1;
+    double value() const { return den != 0 ? double(num) / den : 0; }
+};
+
+/// When one frame of a movie is shown, in units of MovieOrigin::timeBase.
+struct FrameTime {
+    std::int64_t start = 0, duration = 0;
+};
+
+/// What a movie's writer wants to know of the movie that the plate came from. Enumerators are FFmpeg's, as int.
+struct MovieOrigin {
+    std::string path;
+    int streamIndex = 0;
+    Rational timeBase, frameRate, pixelAspect;
+    bool isVariableRate = false;
+    FrameNumber firstFrame = 0;     ///< number of times[0]
+    std::vector<FrameTime> times;   ///< in order of showing
+    std::int64_t containerStart = 0;  ///< where the earliest of its streams begins, at least 0
+    bool keepsTime = true;          ///< false if the user set another rate: the file's own times do not hold
+    int codecId = 0, profile = 0, pixelFormat = 0;
+    int range = 0, primaries = 0, transfer = 0, matrix = 0, chromaLocation = 0;  ///< as tagged
+    bool isTurned = false;          ///< rows became columns by the display matrix
+    std::string timecode;           ///< of frame `firstFrame`, "01:00:00:00"; empty if there is none
+};
+
+/// Loads one frame. Frames may be asked for in any order; ascending is fastest.
+class FrameSource {
+public:
+    virtual ~FrameSource() = default;
+    virtual const PlateInfo& info() const = 0;
+    /// Throws Error(Input) naming file and frame if it is missing or damaged.
+    virtual PlateFrame load(FrameNumber number) = 0;
+    /// How many threads may be in load() at once.
+    virtual int parallelLoads() const { return 1; }
+    /// The movie, or null for images.
+    virtual const MovieOrigin* movie() const { return nullptr; }
+};
+
+std::unique_ptr<FrameSource> openMovie(const std::string& path, const ReadOptions& options);
+/// One image or a pattern.
+std::unique_ptr<FrameSource> openImages(const std::string& path, const ReadOptions& options);
+
+/// A PlateReader that says where its frames come from. All readers that openPlate makes are one.
+class SourcedReader : public PlateReader {
+public:
+    virtual const FrameSource& source() const = 0;
+};
+
+/// Adds reading ahead on threads and the OnError policy to a source.
+std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, OnError onError);
+
+}  // namespace virga::io

@@ -1,0 +1,26 @@
+// Which encoder, and how it is set up: from the output's name, the plate, and what the user asks for.
+#pragma once
+
+#include <string>
+
+#include "io/FrameSource.h"
+#include "io/Libav.h"
+
+namespace virga::io {
+
+struct MovieFormat {
+    PlanarFormat planar;  ///< how the encoder takes its pictures
+    int pixelFormat = 0;  ///< the same as AV_PIX_FMT_*
+    YuvCoding coding;
+    std::string colorspace;  ///< of the codes
+};
+
+/// Opens the encoder for `output`, whose container is known. Throws Error(InvalidArgument) for an encoder that is not
+/// known, does not fit the container or refuses its settings. `timeBase`: of the frames that it will be given.
+libav::Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate,
+                         const MovieOrigin* origin, const WriteOptions& options, Rational timeBase, MovieFormat& format);
+
+/// The frame rate that a movie made from this plate has.
+Rational movieFrameRate(const PlateInfo& plate, const MovieOrigin* origin);
+
+}  // namespace virga::io

@@ -1,0 +1,71 @@
+// Which reader or writer a name asks for.
+
+#include "io/Plate.h"
+
+#include <filesystem>
+
+#include "core/Error.h"
+#include "io/AtomicFile.h"
+#include "io/ColorConversion.h"
+#include "io/FrameSource.h"
+#include "io/ImageFile.h"
+#include "io/Writers.h"
+
+namespace virga::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The same file by another name, as far as names tell (files that do not exist yet have nothing else).
+bool namesSameFile(const std::string& a, const std::string& b)
+{
+    if (isSameFile(a, b)) return true;
+    std::error_code error;
+    return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+void refuseWritingOverPlate(const std::string& path, const PlateInfo& plate)
+{
+    if (!isFramePattern(plate.path)) {
+        if (namesSameFile(path, plate.path))
+            throw Error(ErrorCode::Output, "{}: is the plate itself; give the result another name", path);
+        return;
+    }
+    for (const FrameNumber frame : plate.frames)
+        if (isSameFile(framePath(path, frame), framePath(plate.path, frame)))
+            throw Error(ErrorCode::Output, "{}: frame {} is a file of the plate itself; give the result another name", path,
+                        frame);
+}
+
+}  // namespace
+
+std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options)
+{
+    if (path.empty()) throw Error(ErrorCode::Input, "the plate has no name");
+    if (options.fps && !(*options.fps > 0 && *options.fps <= 10000))
+        throw Error(ErrorCode::InvalidArgument, "fps is {}, which is not between 0 and 10000", *options.fps);
+    auto source = isFramePattern(path) || isImageName(path) ? openImages(path, options) : openMovie(path, options);
+    return makeScheduledReader(std::move(source), options.onError);
+}
+
+std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options)
+{
+    checkOutputFolder(path);
+    refuseWritingOverPlate(path, plate.info());
+    if (!options.outputColorspace.empty()) resolveColorspace(options.outputColorspace);
+    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
+    const MovieOrigin* origin = reader != nullptr ? reader->source().movie() : nullptr;
+    if (isMovieName(path)) return createMovieWriter(path, plate.info(), origin, options);
+    return createSequenceWriter(path, plate.info(), origin, options);
+}
+
+std::string defaultOutputColorspace(const PlateInfo& plate, bool outputIsFloat)
+{
+    if (outputIsFloat) return plate.isFloat ? plate.colorspace : plate.workingColorspace;
+    if (!plate.isFloat) return plate.colorspace;
+    const NamedSpace* display = findOwnColorspace(Curve::Srgb, plate.workingColorspace);
+    return plate.workingColorspace == "raw" ? "raw" : display != nullptr ? display->name : "sRGB";
+}
+
+}  // namespace virga::io

@@ -1,0 +1,62 @@
+// Single images outside of any plate: depth, mattes, panoramas, previews.
+
+#include "core/Error.h"
+#include "io/AtomicFile.h"
+#include "io/ColorConversion.h"
+#include "io/ImageFile.h"
+#include "io/Plate.h"
+
+namespace virga::io {
+
+RawImage readRawImage(const std::string& path)
+{
+    ImageHeader header;
+    RawImage image;
+    image.pixels = readAllChannels(path, header, false);
+    image.channelNames = header.channelNames;
+    image.isFloat = header.isFloat;
+    image.bitDepth = header.bitDepth;
+    image.isDisplayReferred = !header.isFloat && header.colorspace == "sRGB";
+    return image;
+}
+
+ImageF readLinearImage(const std::string& path, const std::string& colorspace)
+{
+    ImageHeader header;
+    ImageF rgba = readCodedRgba(path, header);
+    const std::string space = colorspace.empty() ? header.colorspace : resolveColorspace(colorspace);
+    codesToLinear(rgba, *makeColorTransform(space, workingColorspace(space)), header.isStraight, header.hasAlpha);
+    if (header.hasAlpha) return rgba;
+    ImageF rgb(rgba.width(), rgba.height(), 3);
+    for (int y = 0; y < rgb.height(); ++y)
+        for (int x = 0; x < rgb.width(); ++x)
+            for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = rgba.at(x, y, c);
+    return rgb;
+}
+
+void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half)
+{
+    checkOutputFolder(path);
+    if (imageFormatOf(path) != "openexr") throw Error(ErrorCode::Output, "{}: this is written as EXR, name it .exr", path);
+    ImageToWrite image;
+    image.compression = "zip";
+    for (int c = 0; c < pixels.channels(); ++c)
+        image.channels.push_back({channelNames.at(std::size_t(c)), half ? SampleType::Half : SampleType::Float, pixels, c});
+    writeImageFile(path, image);
+}
+
+void writePng(const std::string& path, ConstImageViewF linear)
+{
+    checkOutputFolder(path);
+    if (imageFormatOf(path) != "png") throw Error(ErrorCode::Output, "{}: this is written as PNG, name it .png", path);
+    ImageF codes(linear.width(), linear.height(), linear.channels());
+    for (int y = 0; y < codes.height(); ++y) std::copy_n(linear.row(y), std::size_t(codes.width()) * std::size_t(codes.channels()), codes.row(y));
+    linearToCodes(codes, *makeColorTransform("Linear Rec.709", "sRGB"), true);
+    static const char* const names[] = {"R", "G", "B", "A"};
+    ImageToWrite image;
+    image.isStraight = codes.channels() == 4;
+    for (int c = 0; c < codes.channels(); ++c) image.channels.push_back({names[c], SampleType::UInt8, codes, c});
+    writeImageFile(path, image);
+}
+
+}  // namespace virga::io

@@ -1,0 +1,105 @@
+// Images by frame number: a pattern, or one image that is the only frame.
+
+#include <algorithm>
+#include <thread>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "io/ColorConversion.h"
+#include "io/FrameSource.h"
+#include "io/ImageFile.h"
+
+namespace virga::io {
+
+namespace {
+
+class SequenceSource final : public FrameSource {
+public:
+    SequenceSource(const std::string& path, const ReadOptions& options) : pattern_(path)
+    {
+        info_.path = path;
+        info_.isStill = !isFramePattern(path);
+        info_.frames = info_.isStill ? std::vector<FrameNumber>{options.firstFrame.value_or(0)} : findFrames(path);
+        if (info_.frames.empty())
+            throw Error(ErrorCode::Input, "{}: no file matches, such as {}", path, framePath(path, 1));
+        warnOfHoles();
+        describe(options);
+    }
+
+    const PlateInfo& info() const override { return info_; }
+    int parallelLoads() const override { return int(std::clamp(std::thread::hardware_concurrency(), 1u, 4u)); }
+
+    PlateFrame load(FrameNumber number) override
+    {
+        if (!std::binary_search(info_.frames.begin(), info_.frames.end(), number))
+            throw Error(ErrorCode::Input, "{}: frame {} is missing", pathOf(number), number);
+        ImageHeader header;
+        PlateFrame frame;
+        frame.number = number;
+        frame.time_s = double(number) / info_.fps;
+        frame.pixels = readCodedRgba(pathOf(number), header);
+        if (header.width != info_.width || header.height != info_.height)
+            throw Error(ErrorCode::Input, "{}: is {}x{}, but the first frame of the sequence is {}x{}", pathOf(number),
+                        header.width, header.height, info_.width, info_.height);
+        codesToLinear(frame.pixels, *toWorking_, header.isStraight, header.hasAlpha);
+        auto extras = std::make_shared<FrameExtras>();
+        extras->fileFormat = header.format;
+        extras->attributes = std::move(header.attributes);
+        frame.extras = std::move(extras);
+        return frame;
+    }
+
+private:
+    std::string pathOf(FrameNumber number) const { return info_.isStill ? pattern_ : framePath(pattern_, number); }
+
+    void warnOfHoles() const
+    {
+        std::vector<FrameNumber> missing;
+        for (std::size_t i = 1; i < info_.frames.size(); ++i)
+            for (FrameNumber n = info_.frames[i - 1] + 1; n < info_.frames[i] && missing.size() < 100000; ++n) missing.push_back(n);
+        if (!missing.empty())
+            log::warning("{}: {} of the frames {}-{} are missing: {}", pattern_, missing.size(), info_.frames.front(),
+                         info_.frames.back(), formatFrameRange(missing));
+    }
+
+    void describe(const ReadOptions& options)
+    {
+        const ImageHeader header = readImageHeader(pathOf(info_.frames.front()));
+        info_.width = header.width;
+        info_.height = header.height;
+        info_.pixelAspect = header.pixelAspect;
+        info_.hasAlpha = header.hasAlpha;
+        info_.bitDepth = header.bitDepth;
+        info_.isFloat = header.isFloat;
+        info_.format = fmt::format("{} {}", header.format,
+                                   !header.isFloat         ? fmt::format("{} bit", header.bitDepth)
+                                   : header.bitDepth == 16 ? "half"
+                                                           : "float");
+        info_.fps = options.fps.value_or(header.fps > 0 ? header.fps : 24);
+        if (!options.colorspace.empty()) {
+            info_.colorspace = resolveColorspace(options.colorspace);
+            info_.colorspaceSource = "flag";
+        } else if (const std::string ruled = colorspaceFromFileRules(info_.path); !ruled.empty()) {
+            info_.colorspace = ruled;
+            info_.colorspaceSource = "file rules of $OCIO";
+        } else {
+            info_.colorspace = header.colorspace;
+            info_.colorspaceSource = header.colorspaceSource;
+        }
+        info_.workingColorspace = workingColorspace(info_.colorspace);
+        toWorking_ = makeColorTransform(info_.colorspace, info_.workingColorspace);
+    }
+
+    std::string pattern_;
+    PlateInfo info_;
+    std::shared_ptr<const ColorTransform> toWorking_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> openImages(const std::string& path, const ReadOptions& options)
+{
+    return std::make_unique<SequenceSource>(path, options);
+}
+
+}  // namespace virga::io

@@ -1,0 +1,282 @@
+#include "io/Yuv.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/Parallel.h"
+#include "io/Simd.h"
+
+namespace virga::io {
+
+namespace {
+
+/// value = (code - offset) * scale, so that luma and RGB span 0..1 and chroma spans -0.5..0.5.
+struct Quantizer {
+    float offset, scale, top;  // top: the largest code
+
+    static Quantizer of(int bits, bool fullRange, bool chroma)
+    {
+        const double top = double((1 << bits) - 1), unit = double(1 << (bits - 8));
+        if (chroma) return {float(128 * unit), float(1 / (fullRange ? top : 224 * unit)), float(top)};
+        if (fullRange) return {0, float(1 / top), float(top)};
+        return {float(16 * unit), float(1 / (219 * unit)), float(top)};
+    }
+};
+
+/// ITU-T H.273 equations 38-40 solved for R'G'B'.
+struct Matrix {
+    float kr, kg, kb;
+    float redFromCr, blueFromCb, greenFromCb, greenFromCr;
+
+    explicit Matrix(const YuvCoding& coding)
+        : kr(float(coding.kr)), kg(float(1 - coding.kr - coding.kb)), kb(float(coding.kb)),
+          redFromCr(float(2 * (1 - coding.kr))), blueFromCb(float(2 * (1 - coding.kb))),
+          greenFromCb(float(-2 * (1 - coding.kb) * coding.kb / (1 - coding.kr - coding.kb))),
+          greenFromCr(float(-2 * (1 - coding.kr) * coding.kr / (1 - coding.kr - coding.kb)))
+    {
+    }
+};
+
+template <class Sample>
+VIRGA_INLINE void loadSamples(const Sample* codes, int count, Quantizer q, float* values)
+{
+    for (int i = 0; i < count; ++i) values[i] = (float(codes[i]) - q.offset) * q.scale;
+}
+
+template <class Sample>
+VIRGA_INLINE void storeSamples(const float* values, int count, Quantizer q, Sample* codes)
+{
+    const float inverse = 1.0f / q.scale, offset = q.offset + 0.5f;
+    for (int i = 0; i < count; ++i) {
+        float code = values[i] * inverse + offset;
+        code = code > 0.0f ? code : 0.0f;  // NaN too
+        code = code < q.top ? code : q.top;
+        codes[i] = Sample(std::int32_t(code));
+    }
+}
+
+VIRGA_SIMD void loadRow(const void* codes, int bytes, int count, Quantizer q, float* values)
+{
+    if (bytes == 1)
+        loadSamples(static_cast<const std::uint8_t*>(codes), count, q, values);
+    else
+        loadSamples(static_cast<const std::uint16_t*>(codes), count, q, values);
+}
+
+VIRGA_SIMD void storeRow(const float* values, int count, Quantizer q, int bytes, void* codes)
+{
+    if (bytes == 1)
+        storeSamples(values, count, q, static_cast<std::uint8_t*>(codes));
+    else
+        storeSamples(values, count, q, static_cast<std::uint16_t*>(codes));
+}
+
+/// Each chroma sample to the 2^shift columns that share it.
+VIRGA_SIMD void repeatChroma(const float* samples, int shift, int width, float* values)
+{
+    if (shift == 0) {
+        for (int x = 0; x < width; ++x) values[x] = samples[x];
+    } else if (shift == 1) {
+        for (int x = 0; x < width / 2; ++x) {
+            values[2 * x] = samples[x];
+            values[2 * x + 1] = samples[x];
+        }
+        if (width % 2 != 0) values[width - 1] = samples[width / 2];
+    } else {
+        for (int x = 0; x < width; ++x) values[x] = samples[x >> shift];
+    }
+}
+
+/// sums[c] += the columns of `values` that share chroma sample c.
+VIRGA_SIMD void addChroma(const float* values, int shift, int width, float* sums)
+{
+    if (shift == 0) {
+        for (int x = 0; x < width; ++x) sums[x] += values[x];
+    } else if (shift == 1) {
+        for (int x = 0; x < width / 2; ++x) sums[x] += values[2 * x] + values[2 * x + 1];
+        if (width % 2 != 0) sums[width / 2] += values[width - 1];
+    } else {
+        for (int x = 0; x < width; ++x) sums[x >> shift] += values[x];
+    }
+}
+
+/// red: in luma, out R'. blue: in Cb, out B'. green: in Cr, out G'.
+VIRGA_SIMD void rgbFromYuv(Matrix m, int count, float* red, float* green, float* blue)
+{
+    for (int i = 0; i < count; ++i) {
+        const float luma = red[i], cb = blue[i], cr = green[i];
+        red[i] = luma + m.redFromCr * cr;
+        green[i] = luma + m.greenFromCb * cb + m.greenFromCr * cr;
+        blue[i] = luma + m.blueFromCb * cb;
+    }
+}
+
+/// The inverse, into the same places.
+VIRGA_SIMD void yuvFromRgb(Matrix m, int count, float* red, float* green, float* blue)
+{
+    const float cbScale = 1.0f / m.blueFromCb, crScale = 1.0f / m.redFromCr;
+    for (int i = 0; i < count; ++i) {
+        const float luma = m.kr * red[i] + m.kg * green[i] + m.kb * blue[i];
+        const float cb = (blue[i] - luma) * cbScale, cr = (red[i] - luma) * crScale;
+        red[i] = luma;
+        blue[i] = cb;
+        green[i] = cr;
+    }
+}
+
+VIRGA_SIMD void interleave(const float* red, const float* green, const float* blue, const float* alpha, int count,
+                           float* rgba)
+{
+    if (alpha == nullptr) {
+        for (int i = 0; i < count; ++i) {
+            rgba[4 * i] = red[i];
+            rgba[4 * i + 1] = green[i];
+            rgba[4 * i + 2] = blue[i];
+            rgba[4 * i + 3] = 1.0f;
+        }
+    } else {
+        for (int i = 0; i < count; ++i) {
+            rgba[4 * i] = red[i] * alpha[i];
+            rgba[4 * i + 1] = green[i] * alpha[i];
+            rgba[4 * i + 2] = blue[i] * alpha[i];
+            rgba[4 * i + 3] = alpha[i];
+        }
+    }
+}
+
+VIRGA_SIMD void deinterleave(const float* rgba, int count, float* red, float* green, float* blue, float* alpha)
+{
+    if (alpha == nullptr) {
+        for (int i = 0; i < count; ++i) {
+            red[i] = rgba[4 * i];
+            green[i] = rgba[4 * i + 1];
+            blue[i] = rgba[4 * i + 2];
+        }
+    } else {
+        for (int i = 0; i < count; ++i) {
+            const float a = rgba[4 * i + 3];
+            const float inverse = a > 0.0f ? 1.0f / a : 0.0f;
+            red[i] = rgba[4 * i] * inverse;
+            green[i] = rgba[4 * i + 1] * inverse;
+            blue[i] = rgba[4 * i + 2] * inverse;
+            alpha[i] = a;
+        }
+    }
+}
+
+int samplesFor(int length, int shift) { return (length + (1 << shift) - 1) >> shift; }
+
+/// A few rows of floats that stay in the cache while a row of pixels goes through its steps.
+class Rows {
+public:
+    Rows(int width, int count) : width_(std::size_t(width)), values_(width_ * std::size_t(count)) {}
+    float* operator[](int i) { return values_.data() + std::size_t(i) * width_; }
+
+private:
+    std::size_t width_;
+    std::vector<float> values_;
+};
+
+constexpr int rowsPerPiece = 16;  // a multiple of every chroma height, and enough work to hand to a thread
+
+}  // namespace
+
+void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
+                    const ColorTransform& toLinear, ImageView<float> rgba)
+{
+    const int width = picture.width, bytes = format.bytesPerSample();
+    const Quantizer lumaQ = Quantizer::of(format.bits, coding.fullRange, false);
+    const Quantizer chromaQ = Quantizer::of(format.bits, coding.fullRange, true);
+    const Quantizer alphaQ = Quantizer::of(format.bits, true, false);
+    const Matrix matrix(coding);
+    const bool isYuv = format.family == PlanarFormat::Family::Yuv, isGrey = format.family == PlanarFormat::Family::Grey;
+    const int chromaWidth = samplesFor(width, format.chromaShiftX);
+    const bool transform = !toLinear.isIdentity();
+
+    parallelFor(0, picture.height, rowsPerPiece, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        Rows rows(width, 5);
+        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = rows[3], *chroma = rows[4];
+        for (std::ptrdiff_t y = first; y < last; ++y) {
+            const auto row = [&](int plane, std::ptrdiff_t line) {
+                return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
+            };
+            if (isYuv) {
+                loadRow(row(0, y), bytes, width, lumaQ, red);
+                loadRow(row(1, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
+                repeatChroma(chroma, format.chromaShiftX, width, blue);
+                loadRow(row(2, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
+                repeatChroma(chroma, format.chromaShiftX, width, green);
+                rgbFromYuv(matrix, width, red, green, blue);
+            } else if (isGrey) {
+                loadRow(row(0, y), bytes, width, lumaQ, red);
+                std::copy_n(red, width, green);
+                std::copy_n(red, width, blue);
+            } else {
+                loadRow(row(0, y), bytes, width, lumaQ, green);
+                loadRow(row(1, y), bytes, width, lumaQ, blue);
+                loadRow(row(2, y), bytes, width, lumaQ, red);
+            }
+            if (transform) toLinear.apply(red, green, blue, std::size_t(width));
+            if (format.hasAlpha) loadRow(row(format.planes() - 1, y), bytes, width, alphaQ, alpha);
+            interleave(red, green, blue, format.hasAlpha ? alpha : nullptr, width, rgba.row(int(y)));
+        }
+    });
+}
+
+void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
+                    const ColorTransform& toCode, const PlanarPicture& picture)
+{
+    const int width = picture.width, bytes = format.bytesPerSample();
+    const Quantizer lumaQ = Quantizer::of(format.bits, coding.fullRange, false);
+    const Quantizer chromaQ = Quantizer::of(format.bits, coding.fullRange, true);
+    const Quantizer alphaQ = Quantizer::of(format.bits, true, false);
+    const Matrix matrix(coding);
+    const bool isYuv = format.family == PlanarFormat::Family::Yuv, isGrey = format.family == PlanarFormat::Family::Grey;
+    const int chromaWidth = samplesFor(width, format.chromaShiftX);
+    const int blockRows = 1 << format.chromaShiftY, blockColumns = 1 << format.chromaShiftX;
+    const bool transform = !toCode.isIdentity();
+
+    // Whole chroma rows to a thread: a piece is so many blocks of rows that share their chroma.
+    parallelFor(0, samplesFor(picture.height, format.chromaShiftY), rowsPerPiece / blockRows,
+                [&](std::ptrdiff_t firstBlock, std::ptrdiff_t lastBlock) {
+        Rows rows(width, 6);
+        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = format.hasAlpha ? rows[3] : nullptr;
+        float *cbSums = rows[4], *crSums = rows[5];
+        const auto row = [&](int plane, std::ptrdiff_t line) {
+            return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
+        };
+        for (std::ptrdiff_t block = firstBlock; block < lastBlock; ++block) {
+            const std::ptrdiff_t top = block * blockRows;
+            const std::ptrdiff_t bottom = std::min<std::ptrdiff_t>(top + blockRows, picture.height);
+            std::fill_n(cbSums, chromaWidth, 0.0f);
+            std::fill_n(crSums, chromaWidth, 0.0f);
+            for (std::ptrdiff_t y = top; y < bottom; ++y) {
+                deinterleave(rgba.row(int(y)), width, red, green, blue, alpha);
+                if (transform) toCode.apply(red, green, blue, std::size_t(width));
+                if (alpha != nullptr) storeRow(alpha, width, alphaQ, bytes, row(format.planes() - 1, y));
+                if (format.family == PlanarFormat::Family::Rgb) {
+                    storeRow(green, width, lumaQ, bytes, row(0, y));
+                    storeRow(blue, width, lumaQ, bytes, row(1, y));
+                    storeRow(red, width, lumaQ, bytes, row(2, y));
+                    continue;
+                }
+                yuvFromRgb(matrix, width, red, green, blue);
+                storeRow(red, width, lumaQ, bytes, row(0, y));
+                if (isGrey) continue;
+                addChroma(blue, format.chromaShiftX, width, cbSums);
+                addChroma(green, format.chromaShiftX, width, crSums);
+            }
+            if (!isYuv) continue;
+            for (int c = 0; c < chromaWidth; ++c) {
+                const int columns = std::min(blockColumns, width - (c << format.chromaShiftX));
+                const float share = 1.0f / float(columns * int(bottom - top));
+                cbSums[c] *= share;
+                crSums[c] *= share;
+            }
+            storeRow(cbSums, chromaWidth, chromaQ, bytes, row(1, block));
+            storeRow(crSums, chromaWidth, chromaQ, bytes, row(2, block));
+        }
+    });
+}
+
+}  // namespace virga::io
