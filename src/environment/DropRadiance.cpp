@@ -135,6 +135,8 @@ std::vector<Light> takeLights(ImageF& image)
     std::stable_sort(bright.begin(), bright.end(),
                      [&](std::size_t a, std::size_t b) { return cells[a].weight > cells[b].weight; });
     if (bright.size() > maxLights) bright.resize(maxLights);
+    // Harmonics are wrong about a light of energy e by less than e / 2, so the faint ones may stay.
+    while (!bright.empty() && cells[bright.back()].weight < 0.003 * threshold / lightThreshold) bright.pop_back();
 
     std::vector<Light> lights;
     std::vector<char> taken(cells.size(), 0);
@@ -156,28 +158,37 @@ std::vector<Light> takeLights(ImageF& image)
     return lights;
 }
 
-/// The share of D that a light of this extent sends to where: RingTransfer by table, as one light meets every pixel.
+/// What a light adds to the radiance of drops, over the angle between them: RingTransfer by table, as one light meets
+/// every pixel. The table goes in equal steps of the chord from the light, then of the chord to its opposite: a square
+/// root finds the place, and steps are under a tenth of a degree everywhere.
 class LightLobe {
 public:
-    LightLobe(const std::vector<optics::RingTransfer>& ring, double halfWidth) : value_(steps + 1)
+    LightLobe(const Light& light, const std::vector<optics::RingTransfer>& ring, double halfWidth)
+        : value_(2 * half + 2)
     {
-        for (int i = 0; i <= steps; ++i) {
+        for (int i = 0; i <= 2 * half; ++i) {
+            const double chord = (i <= half ? i : 2 * half - i) / scale;
+            const double angle = 2.0 * std::asin(std::min(chord, 1.0));
+            const double theta = i <= half ? angle : pi - angle;
             for (int c = 0; c < 3; ++c) {
-                value_[std::size_t(i)][c] = ring[std::size_t(c)].mean(pi * i / steps, halfWidth);
+                value_[std::size_t(i)][c] = float(light.energy[c] * ring[std::size_t(c)].mean(theta, halfWidth));
             }
         }
+        value_[2 * half + 1] = value_[2 * half];
     }
-    glm::dvec3 operator()(double theta) const
+    glm::vec3 operator()(double cosine) const
     {
-        const double place = theta / pi * steps;
-        const int i = std::min(int(place), steps - 1);
-        const double t = place - i;
-        return (1.0 - t) * value_[std::size_t(i)] + t * value_[std::size_t(i) + 1];
+        const double chord = std::sqrt(std::max(0.0, 0.5 * (1.0 - std::abs(cosine)))) * scale;
+        const double place = std::min(cosine >= 0.0 ? chord : 2.0 * half - chord, 2.0 * half);
+        const int i = int(place);
+        const float t = float(place - i);
+        return (1.0f - t) * value_[std::size_t(i)] + t * value_[std::size_t(i) + 1];
     }
 
 private:
-    static constexpr int steps = 720;
-    std::vector<glm::dvec3> value_;
+    static constexpr int half = 1024;
+    static constexpr double scale = half * std::numbers::sqrt2;
+    std::vector<glm::vec3> value_;
 };
 
 /// Adds the lights, blurred by a pixel of the map.
@@ -187,17 +198,15 @@ void addLights(ImageF& map, const std::vector<Light>& lights, const std::vector<
     const double pixel = 2.0 * pi / map.width();
     std::vector<LightLobe> lobes;
     lobes.reserve(lights.size());
-    for (const Light& light : lights) lobes.emplace_back(ring, std::hypot(0.5 * pixel, light.radius));
+    for (const Light& light : lights) lobes.emplace_back(light, ring, std::hypot(0.5 * pixel, light.radius));
     parallelFor(0, map.height(), 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (int y = int(first); y < int(last); ++y) {
             for (int x = 0; x < map.width(); ++x) {
                 const glm::dvec3 direction = sh::panoramaDirection(x + 0.5, y + 0.5, map.width(), map.height());
-                glm::dvec3 sum(0.0);
-                for (std::size_t i = 0; i < lights.size(); ++i) {
-                    const double cosine = std::clamp(glm::dot(direction, lights[i].direction), -1.0, 1.0);
-                    sum += lights[i].energy * lobes[i](std::acos(cosine));
-                }
-                for (int c = 0; c < 3; ++c) map.at(x, y, c) += float(sum[c]);
+                glm::vec3 sum(0.0f);
+                for (std::size_t i = 0; i < lights.size(); ++i)
+                    sum += lobes[i](glm::dot(direction, lights[i].direction));
+                for (int c = 0; c < 3; ++c) map.at(x, y, c) += sum[c];
             }
         }
     });
@@ -219,8 +228,9 @@ DropRadianceBaker::DropRadianceBaker(const DropRadianceOptions& options) : optio
         options_.lights = false;
         if (options.order == DropRadianceOptions::autoOrder) options_.order = 3;
     }
-    const bool automatic = options_.order == DropRadianceOptions::autoOrder;
-    const int order = automatic ? DropRadianceOptions::maxAutoOrder : options_.order;
+    // Some bands more than are kept tell how much is left out.
+    const int order =
+        options_.order == DropRadianceOptions::autoOrder ? DropRadianceOptions::maxAutoOrder : options_.order + 16;
     std::array<std::optional<optics::RingTransfer>, 3> ring;
     parallelFor(0, 3, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::size_t c = std::size_t(first); c < std::size_t(last); ++c) {
@@ -280,13 +290,13 @@ DropRadiance DropRadianceBaker::bake(const Panorama& panorama) const
     }
     int order = searched;
     const auto relative = [mean](double square) { return mean > 0.0 ? std::sqrt(square) / mean : 0.0; };
-    while (automatic && order > 0) {
+    while (order > (automatic ? 0 : options_.order)) {
         double more = leftOut;
         for (int c = 0; c < 3; ++c) {
             const double f = factor_[c][std::size_t(order)];
             more += f * f * band[std::size_t(order)][c];
         }
-        if (relative(more) > options_.tolerance) break;
+        if (automatic && relative(more) > options_.tolerance) break;
         leftOut = more;
         --order;
     }
@@ -294,7 +304,14 @@ DropRadiance DropRadianceBaker::bake(const Panorama& panorama) const
     result.remainder = relative(leftOut);
     environment = sh::truncated(environment, order);
 
-    const int width = niceWidth(std::max(8 * (order + 1), result.lights.empty() ? 64 : 256));
+    // Harmonics need 8 pixels to a wave of the highest band; a light's rainbow needs finer ones, the sun's the finest.
+    int width = std::max(8 * (order + 1), 64);
+    if (!result.lights.empty()) {
+        const double sun = luminance(result.lights.front().energy);
+        const double sky = luminance(environment.coefficient[0]) / std::sqrt(4.0 * pi);
+        width = std::max(width, sun > 0.25 * sky ? 1024 : 512);
+    }
+    width = niceWidth(width);
     result.background = sh::bakePanorama(environment, width, width / 2);
     result.response = std::move(environment);
     sh::convolve(result.response, factor_);

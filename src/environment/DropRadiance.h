@@ -4,10 +4,10 @@
 // an environment and baked to a small equirectangular map in WORLD orientation, so that a stroke costs one texture
 // fetch.
 //
-//   default  C = radiance(v) + c (B - background(v)),  B the plate's pixel behind the stroke: the boost c puts back
-//   what the
-//            order leaves out and keeps energy. In a uniform world of radiance L both maps are L, at every order.
-//   paper    C = radiance(v) + c B, c = 0.7: Wang et al. 2006, Eq. (2): order 3, unpolarised, nine terms, one index.
+//   default: C = radiance(v) + c (B - background(v)), B the plate's pixel behind the stroke. The boost c puts back what
+//   the order leaves out and keeps energy: in a uniform world of radiance L both maps are L, at every order.
+//
+//   paper: C = radiance(v) + c B, c = 0.7. Wang et al. 2006, Eq. (2): order 3, unpolarised, nine terms, one index.
 //
 // Bright small lights ring in low orders. What rises over 8 times the mean (the mean itself with its lights cut off so)
 // is taken out of the environment, gathered into at most 64 directions and put through D itself, averaged over the

@@ -144,17 +144,29 @@ public:
         const auto [lowest, highest] = std::minmax_element(elevation.begin(), elevation.end());
         const double bottom = *lowest, top = *highest;
 
+        // The plate's colours by degree of elevation, each cell shared between the two nearest.
+        std::vector<glm::dvec3> sums(degrees + 1, glm::dvec3(0.0));
+        std::vector<double> counts(degrees + 1, 0.0);
+        for (std::size_t k = 0; k < elevation.size(); ++k) {
+            const double place = (elevation[k] / pi + 0.5) * degrees;
+            const std::size_t bin = std::size_t(std::min(place, degrees - 1.0));
+            const double t = place - double(bin);
+            sums[bin] += (1.0 - t) * cells.color[k];
+            counts[bin] += 1.0 - t;
+            sums[bin + 1] += t * cells.color[k];
+            counts[bin + 1] += t;
+        }
         // 4 degrees around the elevation asked for count; where there is nothing, what is nearest.
         for (int i = 0; i <= steps; ++i) {
             const double wanted = std::clamp(-pi / 2 + pi * i / steps, bottom, top);
             glm::dvec3 sum(0.0);
             double weights = 0.0;
-            for (std::size_t k = 0; k < elevation.size(); ++k) {
-                const double distance = (elevation[k] - wanted) / (4.0 * degree);
+            for (int k = 0; k <= degrees; ++k) {
+                const double distance = (pi * k / degrees - pi / 2 - wanted) / (4.0 * degree);
                 const double fall = 1.0 + distance * distance;
                 const double weight = 1.0 / (fall * fall * fall);
-                sum += weight * cells.color[k];
-                weights += weight;
+                sum += weight * sums[std::size_t(k)];
+                weights += weight * counts[std::size_t(k)];
             }
             table_[std::size_t(i)] = sum / weights;
         }
@@ -178,6 +190,7 @@ public:
 
 private:
     static constexpr int steps = 90;
+    static constexpr int degrees = 180;
     std::vector<glm::dvec3> table_;
 
     static glm::dvec3 estimateSky(const Cells& cells, const std::vector<double>& elevation, double middle,
@@ -237,29 +250,37 @@ Panorama panoramaFromPlate(ConstImageViewF plate, double horizontalFov, const gl
 
     const int width = options.width, height = options.width / 2;
     Panorama panorama{ImageF(width, height, 3)};
+    std::vector<glm::dvec3> level(static_cast<std::size_t>(width));
+    for (int x = 0; x < width; ++x) level[std::size_t(x)] = sh::panoramaDirection(x + 0.5, 0.5 * height, width, height);
     parallelFor(0, height, 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (int y = int(first); y < int(last); ++y) {
+            const double elevation = pi / 2 - pi * (y + 0.5) / height;
+            const double up = std::sin(elevation), out = std::cos(elevation);
+            const glm::dvec3 background = profile(elevation);
             for (int x = 0; x < width; ++x) {
-                const glm::dvec3 world = sh::panoramaDirection(x + 0.5, y + 0.5, width, height);
-                const glm::dvec3 camera = cameraFromWorld * world;
+                const glm::dvec3 side = level[std::size_t(x)];
+                const glm::dvec3 camera = cameraFromWorld * glm::dvec3(out * side.x, up, out * side.z);
                 // The nearest place in the frame: first sideways, then up or down.
                 const double azimuth = std::clamp(std::atan2(camera.x, -camera.z), -frame.halfAngle, frame.halfAngle);
-                const double level = std::hypot(camera.x, camera.z);
-                const double tanLimit = frame.tanY * std::cos(azimuth);
+                const double ahead = std::cos(azimuth), aside = std::sin(azimuth);
+                const double flat = std::hypot(camera.x, camera.z);
+                const double tanLimit = frame.tanY * ahead;
                 const double tanElevation =
-                    level > 0.0 ? std::clamp(camera.y / level, -tanLimit, tanLimit) : std::copysign(tanLimit, camera.y);
-                const glm::dvec3 nearest =
-                    glm::normalize(glm::dvec3(std::sin(azimuth), tanElevation, -std::cos(azimuth)));
-                const double u = 0.5 + 0.5 * std::tan(azimuth) / frame.tanX;
-                const double v = 0.5 - 0.5 * tanElevation / tanLimit;
+                    flat > 0.0 ? std::clamp(camera.y / flat, -tanLimit, tanLimit) : std::copysign(tanLimit, camera.y);
+                const glm::dvec3 nearest = glm::normalize(glm::dvec3(aside, tanElevation, -ahead));
                 // 2 asin(|a - b| / 2), which is exact for small angles.
                 const double away = 2.0 * std::asin(std::min(1.0, 0.5 * glm::length(camera - nearest)));
 
-                const double sharpness = 1.0 - smoothstep(0.0, 20.0 * degree, away);
+                glm::dvec3 color = background;
                 const double nearness = 1.0 - smoothstep(0.0, 60.0 * degree, away);
-                glm::dvec3 color = soft.sample(u, v);
-                if (sharpness > 0.0) color = glm::mix(color, cells.sample(u, v), sharpness);
-                color = glm::mix(profile(std::asin(std::clamp(world.y, -1.0, 1.0))), color, nearness);
+                if (nearness > 0.0) {
+                    const double u = 0.5 + 0.5 * aside / (ahead * frame.tanX);
+                    const double v = 0.5 - 0.5 * tanElevation / tanLimit;
+                    const double sharpness = 1.0 - smoothstep(0.0, 20.0 * degree, away);
+                    glm::dvec3 plateColor = soft.sample(u, v);
+                    if (sharpness > 0.0) plateColor = glm::mix(plateColor, cells.sample(u, v), sharpness);
+                    color = glm::mix(background, plateColor, nearness);
+                }
                 for (int c = 0; c < 3; ++c) panorama.pixels.at(x, y, c) = float(color[c]);
             }
         }
