@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "core/Error.h"
 #include "core/Parallel.h"
@@ -17,6 +18,7 @@ constexpr double pi = std::numbers::pi;
 constexpr int paperTerms = 9;
 constexpr double lightThreshold = 8.0;  // times the mean
 constexpr std::size_t maxLights = 64;
+constexpr int lampWidth = 512, sunWidth = 1024;  // of maps that hold lights, see bake()
 
 glm::dvec3 pixelAt(const ImageF& image, int x, int y)
 {
@@ -30,19 +32,21 @@ double luminance(const glm::dvec3& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0
 ImageF enlarged(const ImageF& image, int width, int height)
 {
     ImageF result(width, height, 3);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const double fx = (x + 0.5) / width * image.width() - 0.5;
-            const double fy = std::clamp((y + 0.5) / height * image.height() - 0.5, 0.0, image.height() - 1.0);
-            const int x0 = int(std::floor(fx)), y0 = int(fy);
-            const int xa = (x0 + image.width()) % image.width(), xb = (x0 + 1) % image.width();
-            const int yb = std::min(y0 + 1, image.height() - 1);
-            const double tx = fx - x0, ty = fy - y0;
-            const glm::dvec3 value = (1 - ty) * ((1 - tx) * pixelAt(image, xa, y0) + tx * pixelAt(image, xb, y0)) +
-                                     ty * ((1 - tx) * pixelAt(image, xa, yb) + tx * pixelAt(image, xb, yb));
-            for (int c = 0; c < 3; ++c) result.at(x, y, c) = float(value[c]);
+    parallelFor(0, height, 32, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (int y = int(first); y < int(last); ++y) {
+            for (int x = 0; x < width; ++x) {
+                const double fx = (x + 0.5) / width * image.width() - 0.5;
+                const double fy = std::clamp((y + 0.5) / height * image.height() - 0.5, 0.0, image.height() - 1.0);
+                const int x0 = int(std::floor(fx)), y0 = int(fy);
+                const int xa = (x0 + image.width()) % image.width(), xb = (x0 + 1) % image.width();
+                const int yb = std::min(y0 + 1, image.height() - 1);
+                const double tx = fx - x0, ty = fy - y0;
+                const glm::dvec3 value = (1 - ty) * ((1 - tx) * pixelAt(image, xa, y0) + tx * pixelAt(image, xb, y0)) +
+                                         ty * ((1 - tx) * pixelAt(image, xa, yb) + tx * pixelAt(image, xb, yb));
+                for (int c = 0; c < 3; ++c) result.at(x, y, c) = float(value[c]);
+            }
         }
-    }
+    });
     return result;
 }
 
@@ -191,8 +195,8 @@ private:
     std::vector<glm::vec3> value_;
 };
 
-/// Adds the lights, blurred by a pixel of the map.
-void addLights(ImageF& map, const std::vector<Light>& lights, const std::vector<optics::RingTransfer>& ring)
+/// Adds lights, blurred by a pixel of the map.
+void addLights(ImageF& map, std::span<const Light> lights, const std::vector<optics::RingTransfer>& ring)
 {
     if (lights.empty()) return;
     const double pixel = 2.0 * pi / map.width();
@@ -210,6 +214,16 @@ void addLights(ImageF& map, const std::vector<Light>& lights, const std::vector<
             }
         }
     });
+}
+
+/// Low-pass to `order` that neither rings nor changes the mean: a Gaussian, down to e^-4 at the last band.
+std::vector<double> gaussianWindow(int order)
+{
+    std::vector<double> window(std::size_t(order) + 1);
+    for (int l = 0; l <= order; ++l) {
+        window[std::size_t(l)] = std::exp(-4.0 * l * (l + 1.0) / ((order + 1.0) * (order + 2.0)));
+    }
+    return window;
 }
 
 }  // namespace
@@ -304,21 +318,34 @@ DropRadiance DropRadianceBaker::bake(const Panorama& panorama) const
     result.remainder = relative(leftOut);
     environment = sh::truncated(environment, order);
 
-    // Harmonics need 8 pixels to a wave of the highest band; a light's rainbow needs finer ones, the sun's the finest.
+    // Harmonics need 8 pixels to a wave of the highest band; a light's rainbow needs finer ones, a sun's the finest.
+    const double sky = luminance(environment.coefficient[0]) / std::sqrt(4.0 * pi);
+    const auto firstFaint = std::find_if(result.lights.begin(), result.lights.end(),
+                                         [sky](const Light& light) { return luminance(light.energy) < 0.25 * sky; });
+    const std::span<const Light> suns(result.lights.begin(), firstFaint), lamps(firstFaint, result.lights.end());
     int width = std::max(8 * (order + 1), 64);
-    if (!result.lights.empty()) {
-        const double sun = luminance(result.lights.front().energy);
-        const double sky = luminance(environment.coefficient[0]) / std::sqrt(4.0 * pi);
-        width = std::max(width, sun > 0.25 * sky ? 1024 : 512);
-    }
+    if (!lamps.empty()) width = std::max(width, lampWidth);
+    if (!suns.empty()) width = std::max(width, sunWidth);
     width = niceWidth(width);
+    result.response = environment;
+    const std::vector<double> window = gaussianWindow(order);
+    sh::convolve(environment, {window, window, window});
     result.background = sh::bakePanorama(environment, width, width / 2);
-    result.response = std::move(environment);
     sh::convolve(result.response, factor_);
     result.radiance = sh::bakePanorama(result.response, width, width / 2);
-    addLights(result.radiance, result.lights, ring_);
+    addLights(result.radiance, suns, ring_);
+    if (width > lampWidth && lamps.size() > 4) {
+        ImageF coarse(lampWidth, lampWidth / 2, 3);
+        addLights(coarse, lamps, ring_);
+        const ImageF fine = enlarged(coarse, width, width / 2);
+        for (std::size_t i = 0; i < fine.size(); ++i) result.radiance.data()[i] += fine.data()[i];
+    } else {
+        addLights(result.radiance, lamps, ring_);
+    }
     if (!options_.paper) {
-        for (float& value : result.radiance.values()) value = std::max(value, 0.0f);
+        for (ImageF* map : {&result.radiance, &result.background}) {
+            for (float& value : map->values()) value = std::max(value, 0.0f);
+        }
     }
     return result;
 }

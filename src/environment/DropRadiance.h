@@ -55,7 +55,8 @@ struct Light {
 /// place of a world direction as in sh::panoramaPlace().
 struct DropRadiance {
     ImageF radiance;    ///< RGB, >= 0 (but in paper mode as the harmonics have it)
-    ImageF background;  ///< RGB, the environment itself (without the lights taken out) low-passed to the same order
+    ImageF background;  ///< RGB, >= 0, the environment itself (without the lights) low-passed to the same order, by a
+                        ///< Gaussian window over the bands, as a sharp cut rings
     bool paper = false;
 
     int order = 0;
