@@ -13,7 +13,6 @@
 // point).
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "core/Image.h"
@@ -75,7 +74,7 @@ float oscillationStrength(float diameter) noexcept;
 
 /// Which layer a drop wears. The group is the nearest to beadCycles (on a log scale, ends included); within it a drop
 /// of oscillationStrength s draws one of the first 2 + s (variants - 2) mattes, uniformly by `random` in [0, 1).
-/// beadCycles <= 0 or NaN falls in the first group. Does not throw; the atlas must not be empty. GLSL has a twin.
+/// beadCycles <= 0 or NaN falls in the first group. Does not throw; the atlas must not be empty.
 int strokeLayer(const StrokeAtlas& atlas, float beadCycles, float strength, float random) noexcept;
 
 /// Mean of layer n over the box [u0, u1] x [v0, v1], outside the tile counted as 0; from summedArea, exact as said
@@ -85,9 +84,9 @@ double boxMean(const StrokeAtlas& atlas, int n, double u0, double u1, double v0,
 /// Mean of alongProfile of layer n over [v0, v1], outside the tile counted as 0. Needs v1 > v0.
 double alongMean(const StrokeAtlas& atlas, int n, double v0, double v1);
 
-/// What a plain round drop leaves: the tile mean of an unperturbed sphere's matte, peak 1, for the given shape of tile.
-/// Closed form: (pi/4 / acrossDiameters) (1 - 1 / lengthDiameters), whatever the rounding of the ends, because they are
-/// the coverage of the path's end points. lengthDiameters > 1.
+/// What a plain round drop leaves: the mean over the tile of an unperturbed sphere's matte, peak 1. The time that it
+/// spends over all points is the area of its disc, so (pi/4 / acrossDiameters) max(1, n - 1) / n with
+/// n = lengthDiameters > 1.
 double plainMean(double lengthDiameters, double acrossDiameters) noexcept;
 
 }  // namespace virga::matte
