@@ -10,7 +10,7 @@
 //                     `acrossDiameters` drop diameters; mirroring u gives an equally good matte.
 // Values are 0..1 with a peak of exactly 1 in each tile. Opacity of a stroke = value x physical peak, where the
 // physical peak of a drop of diameter D on a path s > D is D / s (the share of the exposure during which it covers a
-// point).
+// point). Divided by the matte's mass, that peak gives each matte the light of a plain drop.
 #pragma once
 
 #include <vector>
