@@ -41,7 +41,7 @@ Panorama preparePanorama(ConstImageViewF image, const std::string& name, Panoram
 struct PlatePanoramaOptions {
     int width = 128;  ///< pixels around, >= 16; half as many rows
     /// Radiance of the sky far above the frame, in the plate's units; grey. Without it the sky is estimated, see below.
-    std::optional<double> skyRadiance;
+    std::optional<double> skyRadiance = std::nullopt;
 };
 
 /// A whole sphere from the one view that the plate gives: Wang et al. 2006, 4.1, "filled in the missing parts using the
