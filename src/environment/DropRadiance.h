@@ -16,7 +16,6 @@
 
 #include <array>
 #include <glm/vec3.hpp>
-#include <optional>
 #include <vector>
 
 #include "core/Image.h"

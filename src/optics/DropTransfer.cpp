@@ -186,7 +186,7 @@ std::vector<double> binEnergies(const std::vector<double>& edges, const DropTran
         std::adjacent_find(edges.begin(), edges.end(), std::greater_equal<>()) != edges.end()) {
         throw Error(ErrorCode::InvalidArgument, "bin edges of the transfer function must ascend from 0 to 180 degrees");
     }
-    constexpr int termsForAll = 24;
+    constexpr int termsForAll = 12;
     const int terms = options.terms == 0 ? termsForAll : options.terms;
     const GaussLegendre rule(5);
     std::vector<double> energy(edges.size() - 1, 0.0);
@@ -239,7 +239,7 @@ std::vector<double> binEnergies(const std::vector<double>& edges, const DropTran
 }
 
 namespace {
-constexpr int ringSteps = 1440;
+constexpr int ringSteps = 720;
 }
 
 RingTransfer::RingTransfer(const DropTransferOptions& options) : within_(ringSteps + 1, 0.0)

@@ -44,18 +44,18 @@ std::vector<double> energyByPath(int count, const DropTransferOptions& options =
 
 /// Integral of D over the solid angle of each bin [edge_i, edge_(i+1)] [rad]; edges ascend within [0, pi]. Exact, with
 /// rainbows and glory, as each path's turning points and the incidence angles that lead to the edges are found first.
-/// `terms` = 0 takes 24 terms; what is left then (under 1.1e-5) is spread evenly over the sphere. Throws
+/// `terms` = 0 takes 12 terms; what is left then (8.5e-5) is spread evenly over the sphere. Throws
 /// Error(InvalidArgument) for edges that do not ascend.
 std::vector<double> binEnergies(const std::vector<double>& edges, const DropTransferOptions& options = {});
 
 /// D averaged over rings, for lights too small for harmonics.
 class RingTransfer {
 public:
-    /// Tabulates the energy within theta at 1440 steps of an eighth of a degree.
+    /// Tabulates the energy within theta at 720 steps of a quarter of a degree.
     explicit RingTransfer(const DropTransferOptions& options = {});
 
     /// Mean of D [1/sr] over the ring of angles [theta - halfWidth, theta + halfWidth], cut to [0, pi]. halfWidth [rad]
-    /// at least 1/16 degree is the angle that light, drop and map blur together: D itself is infinite at the rainbow.
+    /// at least 1/8 degree is the angle that light, drop and map blur together: D itself is infinite at the rainbow.
     double mean(double theta, double halfWidth) const;
 
     /// Share of the light that is turned by less than theta.

@@ -175,7 +175,8 @@ TEST(DropTransfer, RingsAddUpToTheSphereAndShowTheRainbow)
     EXPECT_NEAR(ring.mean(1 * degree, 1 * degree), 1.294, 2e-3);
     EXPECT_NEAR(ring.mean(11 * degree, 1 * degree), 1.034, 2e-3);
     EXPECT_NEAR(ring.mean(139 * degree, 1 * degree), 0.0782, 5e-4);
-    EXPECT_NEAR(ring.mean(91 * degree, 1 * degree), 0.00230, 2e-5);
+    // The darkest part: what the 13th and later encounters would add there is spread over the sphere.
+    EXPECT_NEAR(ring.mean(91 * degree, 1 * degree), 0.00230, 5e-5);
     EXPECT_GT(ring.mean(138.2 * degree, 0.25 * degree), 5 * ring.mean(136.5 * degree, 0.25 * degree));
     EXPECT_EQ(ring.energyWithin(0.0), 0.0);
     EXPECT_NEAR(ring.energyWithin(4.0), 1.0, 1e-12);
