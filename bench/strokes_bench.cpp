@@ -17,6 +17,7 @@
 #include "matte/OscillatingDrops.h"
 #include "particles/RainField.h"
 #include "passes/CompositePass.h"
+#include "passes/LightPass.h"
 #include "passes/StrokePass.h"
 
 namespace {
@@ -27,6 +28,7 @@ struct Case {
     const char* name;
     int width, height;
     double strokes;
+    double exposure_s;
     bool light;  ///< fog and depth too
 };
 
@@ -53,7 +55,7 @@ void run(const Case& c, int frames, const std::string& picture)
     const rainfall::DropSizes sizes(25);
     const particles::Motion motion({.wind = {0.8, 0.0}, .gust = 0.3, .turbulence = 0.25});
     particles::Exposure exposure;
-    exposure.duration_s = 1.0 / 48;
+    exposure.duration_s = c.exposure_s;
     exposure.projection = camera::projectionFromHorizontalFov(c.width, c.height, 60 * 3.14159265 / 180);
     const particles::Visibility visibility{.near_m = 0.5, .far_m = 500, .threshold = 0.002};
 
@@ -66,6 +68,7 @@ void run(const Case& c, int frames, const std::string& picture)
     features.fog = features.depth = c.light;
     passes::FrameTargets targets(c.width, c.height, features);
     passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1));
+    const passes::LightPass light(features);
     const passes::CompositePass composite(features);
 
     ImageF plate(c.width, c.height, 4, 0.05f), depth(c.width, c.height, 1, 40.0f), white(64, 32, 3, 0.9f);
@@ -94,8 +97,9 @@ void run(const Case& c, int frames, const std::string& picture)
         targets.setConstants(constants);
         targets.bind();
         timer.begin();
-        strokes.run(targets, cells);
-        timer.mark("strokes");
+        light.run(targets);
+        timer.mark("light");
+        strokes.run(targets, cells, timer);
         composite.run(targets);
         timer.mark("composite");
         Timer read;
@@ -131,11 +135,12 @@ try {
     }
     const gl::Context context(device);
     std::printf("%s, OpenGL %s\n", context.device().renderer.c_str(), context.device().version.c_str());
-    run({"strokes.80k.720x480", 720, 480, 80e3, false}, frames, picture);
-    run({"strokes.80k.720x480.fog+depth", 720, 480, 80e3, true}, frames, {});
-    run({"strokes.300k.1920x1080.fog+depth", 1920, 1080, 300e3, true}, std::max(frames / 4, 3), {});
+    run({"80k.720x480.1/200s", 720, 480, 80e3, 1 / 200.0, false}, frames, picture);
+    run({"80k.720x480.1/48s", 720, 480, 80e3, 1 / 48.0, false}, frames, {});
+    run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, frames, {});
+    run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, std::max(frames / 4, 3), {});
     if (!context.device().isSoftware)
-        run({"strokes.5M.1280x1024.fog+depth", 1280, 1024, 5e6, true}, frames, {});
+        run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, frames, {});
     return 0;
 } catch (const virga::Error& error) {
     std::fprintf(stderr, "bench_strokes: %s\n", error.what());

@@ -26,11 +26,3 @@ vec3 pixelRay(vec2 pixel)
 {
     return vec3((pixel.x - frame.lens.z) / frame.lens.x, -(pixel.y - frame.lens.w) / frame.lens.x, -1.0);
 }
-
-/// Place of a world direction on an equirectangular map (docs/conventions.md): +y at the top, -z in the middle column,
-/// +x a quarter to the right.
-vec2 equirectangular(vec3 direction)
-{
-    vec3 d = normalize(direction);
-    return vec2(0.5 + atan(d.x, -d.z) * 0.15915494309, 0.5 - asin(clamp(d.y, -1.0, 1.0)) * 0.31830988618);
-}

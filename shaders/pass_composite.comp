@@ -24,9 +24,9 @@ layout(binding = 1) uniform sampler2D sceneDepth;
 #ifdef FOG
 layout(binding = 2) uniform sampler2D fogTable;
 #endif
-layout(binding = 4) uniform sampler2D dropRadiance;
+layout(binding = 4) uniform sampler2D lightGrid;
 #ifdef BOOST
-layout(binding = 5) uniform sampler2D lowPassBackground;
+layout(binding = 5) uniform sampler2D lowPassGrid;
 #endif
 
 vec4 over(vec4 front, vec4 back) { return front + (1.0 - front.a) * back; }
@@ -44,13 +44,11 @@ void main()
     vec4 result = background;
 
 #if defined(RAIN) || defined(SPLASHES) || defined(FOG)
-    // transpose = inverse: from camera axes to the world.
-    vec3 direction = transpose(mat3(frame.cameraFromWorldOpen)) * pixelRay(vec2(pixel) + 0.5);
-    vec2 place = equirectangular(direction);
-    vec3 drop = textureLod(dropRadiance, place, 0.0).rgb;
+    vec2 place = ((vec2(pixel) + 0.5) / float(lightGridStep) + 0.5) / vec2(textureSize(lightGrid, 0));
+    vec3 drop = textureLod(lightGrid, place, 0.0).rgb;
 #ifdef BOOST
     vec3 detail = background.rgb;
-    if (frame.boost.y == 0.0) detail -= textureLod(lowPassBackground, place, 0.0).rgb;
+    if (frame.boost.y == 0.0) detail -= textureLod(lowPassGrid, place, 0.0).rgb;
     vec3 lit = max(drop + frame.boost.x * detail, vec3(0.0));
 #else
     vec3 lit = drop;

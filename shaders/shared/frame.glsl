@@ -3,6 +3,9 @@
 /// Entries of the fog table: optical depth at depths d with d / (d + scale) = 0, 1/255, ... 1.
 const int fogTableSize = 256;
 
+/// Pixels from one node of the light grid to the next (pass_light.comp).
+const int lightGridStep = 16;
+
 struct FrameConstants {
     mat4 cameraFromWorldOpen;   // rotation alone; places are given from the camera
     mat4 cameraFromWorldClose;

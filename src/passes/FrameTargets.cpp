@@ -47,6 +47,11 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
         blurA = pictureTexture(GL_RGBA32F, width, height);
         blurB = pictureTexture(GL_RGBA32F, width, height);
     }
+    if (features.light()) {
+        const int columns = width / shared::lightGridStep + 2, rows = height / shared::lightGridStep + 2;
+        lightGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
+        if (features.boost) lowPassGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
+    }
     if (features.layers) layers_ = gl::Buffer(4 * pixels * 4 * sizeof(float), 0);
     if (features.nearest) {
         nearestDepth = gl::Buffer(pixels * sizeof(std::uint32_t));
@@ -97,8 +102,8 @@ void FrameTargets::bind() const
     bindTexture(plate, PlateUnit);
     bindTexture(depth_, DepthUnit);
     bindTexture(fogTable_, FogTableUnit);
-    bindTexture(dropRadiance_, DropRadianceUnit);
-    bindTexture(lowPass_, LowPassUnit);
+    bindTexture(lightGrid, DropRadianceUnit);
+    bindTexture(lowPassGrid, LowPassUnit);
     bindTexture(lut_, LutUnit);
 
     const auto bindBuffer = [](const gl::Buffer& buffer, StorageIndex index) {
@@ -111,6 +116,12 @@ void FrameTargets::bind() const
     bindBuffer(nearestDepth, NearestDepthIndex);
     bindBuffer(nearestMotion, NearestMotionIndex);
     bindBuffer(splashAccumulators_, SplashAccumulatorsIndex);
+}
+
+void FrameTargets::bindLightMaps() const
+{
+    dropRadiance_.bind(DropRadianceUnit);
+    if (lowPass_) lowPass_.bind(LowPassUnit);
 }
 
 ImageF FrameTargets::readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const

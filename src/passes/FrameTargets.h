@@ -26,6 +26,7 @@ struct Features {
     bool cameraMotion = false;  ///< the camera moves while the shutter is open
     bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
 
+    bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
     bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }
 };
 
@@ -63,8 +64,9 @@ public:
     void uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);  ///< equirectangular RGB
     void uploadLut(int size, const std::vector<float>& rgb);
 
-    /// Everything that passes read, on its unit and index.
+    /// Everything that passes read, on its unit and index. The light pass takes the maps, later ones the grids.
     void bind() const;
+    void bindLightMaps() const;
 
     ImageF readBeauty() const;
     enum class LayerIndex { Rain, Splash, Fog, Plate };
@@ -74,6 +76,7 @@ public:
 
     /// The texture that the composite takes for the plate: the plate, or what the blur made of it.
     gl::Texture plate, blurA, blurB;
+    gl::Texture lightGrid, lowPassGrid;  ///< see pass_light.comp
     gl::Buffer nearestDepth, nearestMotion;
 
 private:

@@ -72,7 +72,7 @@ void StrokePass::describe(shared::FrameConstants& constants, const particles::Ce
     constants.atlasSize = {float(atlas_.width), float(atlas_.height), atlas_.acrossDiameters, largestSmallFootprint};
 }
 
-void StrokePass::run(const FrameTargets& targets, const particles::CellList& list)
+void StrokePass::run(const FrameTargets& targets, const particles::CellList& list, gl::PassTimer& timer)
 {
     constexpr std::array<std::uint32_t, 8> noStrokes = {0, 1, 1, 0, 0, 1, 1, 0};
     lists_.upload(noStrokes.data(), sizeof noStrokes);
@@ -102,12 +102,14 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     emit_.dispatch(GLuint(std::min<std::size_t>(list.cells.size(), 65535)),
                    GLuint((list.cells.size() + 65534) / 65535));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+    timer.mark("drops");
     splat(splatSmall_, splatLarge_);
     if (features_.nearest) {
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         splat(motionSmall_, motionLarge_);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    timer.mark("strokes");
 }
 
 void StrokePass::splat(const gl::Program& small, const gl::Program& large) const

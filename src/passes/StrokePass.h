@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gl/PassTimer.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
 #include "passes/FrameTargets.h"
@@ -19,7 +20,8 @@ public:
     /// Fills what the constants say of the atlas and the list; call before FrameTargets::setConstants.
     void describe(shared::FrameConstants& constants, const particles::CellList& list) const;
 
-    void run(const FrameTargets& targets, const particles::CellList& list);
+    /// Marks "drops" and "strokes" on the timer.
+    void run(const FrameTargets& targets, const particles::CellList& list, gl::PassTimer& timer);
 
     /// Strokes of the last run(); waits for it.
     std::size_t strokeCount() const;

@@ -19,6 +19,7 @@
 #include "particles/RainField.h"
 #include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
+#include "passes/LightPass.h"
 #include "passes/SplashPass.h"
 #include "passes/StrokePass.h"
 #include "shot/AtlasFile.h"
@@ -68,7 +69,11 @@ camera::Pose standingPose(const Settings& settings)
 
 double exposureOf(const Settings& settings, double fps)
 {
-    return settings.exposure_s ? *settings.exposure_s : settings.shutter_deg / 360 / fps;
+    // What rain adds to a picture falls as 1 / sqrt(exposure) (Garg and Nayar 2005): at film's 1/48 s it is hardly there.
+    // Footage in which rain shows was shot with the short exposures of daylight.
+    constexpr double daylight_s = 1.0 / 200;
+    if (settings.exposure_s) return *settings.exposure_s;
+    return settings.shutter_deg ? *settings.shutter_deg / 360 / fps : std::min(daylight_s, 1 / fps);
 }
 
 struct Compositor::Impl {
@@ -85,6 +90,7 @@ struct Compositor::Impl {
     // Destroyed in reverse order: GL objects before their context.
     std::optional<gl::Context> context;
     std::optional<passes::FrameTargets> targets;
+    std::optional<passes::LightPass> lightPass;
     std::optional<passes::StrokePass> strokes;
     std::optional<passes::SplashPass> splashes;
     std::optional<passes::BlurPass> blur;
@@ -95,7 +101,7 @@ struct Compositor::Impl {
 
     camera::Projection projectionAt(const camera::Pose& pose) const;
     particles::Exposure exposureAt(FrameNumber frame) const;
-    shared::FrameConstants constantsFor(FrameNumber frame, const particles::Exposure& exposure) const;
+    shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
     void uploadFog(const particles::Exposure& exposure);
     void uploadDepth(FrameNumber frame, const particles::Exposure& exposure);
     void openDevice(const CompositorOptions& options);
@@ -121,7 +127,7 @@ particles::Exposure Compositor::Impl::exposureAt(FrameNumber frame) const
     return exposure;
 }
 
-shared::FrameConstants Compositor::Impl::constantsFor(FrameNumber, const particles::Exposure& exposure) const
+shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure& exposure) const
 {
     shared::FrameConstants c{};
     const auto cameraFromWorld = [](const camera::Pose& pose) {
@@ -194,6 +200,7 @@ void Compositor::Impl::openDevice(const CompositorOptions& options)
         strokes.emplace(features, settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
                                                           : loadAtlas(settings.mattes),
                         options.shaderFolder);
+    if (features.light()) lightPass.emplace(features, options.shaderFolder);
     if (features.splashes) splashes.emplace(features, options.shaderFolder);
     if (features.blur) blur.emplace(features, options.shaderFolder);
     composite.emplace(features, options.shaderFolder);
@@ -219,7 +226,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     }
     const particles::Exposure first = m.exposureAt(shot.firstFrame);
     if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);
-    if (m.plan.needsLight) m.light.emplace(settings);
+    if (m.plan.features.light()) m.light.emplace(settings);
     if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
     m.openDevice(options);
 }
@@ -270,7 +277,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     };
     const particles::Exposure exposure = m.exposureAt(plate.number);
     particles::CellList cells;
-    shared::FrameConstants constants = m.constantsFor(plate.number, exposure);
+    shared::FrameConstants constants = m.constantsFor(exposure);
     if (features.rain) {
         timed("cells", [&] { cells = m.rain->field().cellsInView(exposure, m.rain->visibility(exposure)); });
         m.strokes->describe(constants, cells);
@@ -292,9 +299,10 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     m.targets->bind();
     m.timer->begin();
     const auto mark = [&](const char* name) { m.timer->mark(name); };
+    if (features.light()) m.lightPass->run(*m.targets), mark("light");
     if (features.blur) m.blur->run(*m.targets), mark("blur");
     if (features.splashes) m.splashes->run(*m.targets), mark("splashes");
-    if (features.rain) m.strokes->run(*m.targets, cells), mark("strokes");
+    if (features.rain) m.strokes->run(*m.targets, cells, *m.timer);
     m.composite->run(*m.targets);
     mark("composite");
     for (const auto& [name, ms] : m.timer->collect()) statistics.passMs[name] += ms;

@@ -49,10 +49,8 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
     add("depth", f.depth, !hasGeometry ? "no --depth and no --ground" : f.depth ? (s.depth.empty() ? "--ground" : "--depth")
                                                                                 : "nothing looks at it");
 
-    plan.needsLight = f.rain || f.splashes || (f.fog && !s.fogColor);
-    plan.lightFromPlate = plan.needsLight && s.env.empty();
-    add("environment", plan.needsLight,
-        plan.needsLight ? (plan.lightFromPlate ? "made from the plate" : fmt::format("'{}'", s.env)) : "nothing is lit by it");
+    add("environment", f.light(),
+        f.light() ? (s.env.empty() ? "made from the plate" : fmt::format("'{}'", s.env)) : "nothing is lit by it");
     f.boost = (s.backgroundBoost > 0 || s.paper) && (f.rain || f.splashes);
     add("background-boost", f.boost, f.boost ? (s.paper ? "--paper" : fmt::format("{:g}", s.backgroundBoost))
                                              : "--background-boost is 0");

@@ -24,8 +24,6 @@ struct PlannedPass {
 struct FramePlan {
     passes::Features features;
     bool cameraMoves = false;       ///< the emit pass needs the camera twice
-    bool lightFromPlate = false;    ///< the environment is made from each plate frame
-    bool needsLight = false;        ///< an environment at all
     std::vector<PlannedPass> passes;
 
     /// Nothing to do: plates pass through and no GL is opened.

@@ -33,7 +33,7 @@ constexpr Parameter table[] = {
     {"threshold", "rain", "", 1e-5, 0.5, "least opacity of a stroke that is drawn; fainter ones are fog", &S::threshold},
     {"seed", "rain", "", 0, 4294967295.0, "another number, other drops", &S::seed},
     {"mattes", "rain", "", 0, 0, "stroke atlas to draw with (image, with or without a .json beside it)", &S::mattes},
-    {"shutter", "camera", "deg", 0, 3600, "shutter angle; 360 is open for the whole frame", &S::shutter_deg},
+    {"shutter", "camera", "deg", 0, 3600, "shutter angle; 360 is open for the whole frame; auto: 1/200 s, as a camera in daylight", &S::shutter_deg},
     {"exposure", "camera", "s", 0, 60, "how long the shutter is open, instead of its angle", &S::exposure_s},
     {"fov", "camera", "deg", 0.1, 179, "horizontal field of view; auto: the track's, else 60", &S::fov_deg},
     {"focus", "camera", "m", 0.05, 1e6, "distance in focus", &S::focus_m},

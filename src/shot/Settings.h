@@ -30,7 +30,7 @@ struct Settings {
     std::int64_t seed = 1;
     std::string mattes;
     // camera
-    double shutter_deg = 180;
+    AutoNumber shutter_deg;
     AutoNumber exposure_s;
     AutoNumber fov_deg;
     double focus_m = 8;
@@ -56,7 +56,7 @@ struct Settings {
     AutoNumber fog_1_m;
     AutoColor fogColor;
     double fogDistance_m = 50;
-    double blur_px = 0.5;
+    double blur_px = 0;
     double blurDistance_m = 50;
     double splashes = 1;
     double splashSize = 1;

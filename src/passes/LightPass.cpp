@@ -1,0 +1,21 @@
+#include "passes/LightPass.h"
+
+namespace virga::passes {
+
+LightPass::LightPass(const Features& features, const std::string& shaderFolder)
+    : program_("pass_light.comp", features.boost ? gl::Defines{{"BOOST", ""}} : gl::Defines{}, shaderFolder)
+{
+}
+
+void LightPass::run(const FrameTargets& targets) const
+{
+    targets.bindLightMaps();
+    targets.lightGrid.bindImage(0, GL_WRITE_ONLY);
+    if (targets.lowPassGrid) targets.lowPassGrid.bindImage(1, GL_WRITE_ONLY);
+    program_.dispatch(gl::groupsFor(targets.lightGrid.width(), 8), gl::groupsFor(targets.lightGrid.height(), 8));
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
+    targets.lightGrid.bind(DropRadianceUnit);
+    if (targets.lowPassGrid) targets.lowPassGrid.bind(LowPassUnit);
+}
+
+}  // namespace virga::passes
