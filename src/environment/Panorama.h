@@ -55,13 +55,15 @@ struct PlatePanoramaOptions {
 /// that give way over 60 degrees to a profile of the plate's colours over elevation; below the frame its lowest
 /// colours. Above: from the frame's highest colours T to the sky S over 30 degrees of elevation, where
 ///
-///   S = T (1 + clipped / 2) + daylight * max(0, ground / 0.18 - T).
+///   S = T + daylight * max(0, ground / 0.09 - T)     (its luminance; what is added is grey; ground / 0.09 at most 4).
 ///
-/// ground / 0.18: under an overcast sky of radiance L a level grey card of reflectance 0.18 returns 0.18 L, so the mean
-/// luminance of the plate's lower half tells the sky's even when no sky is in the frame (at most 4). `daylight` goes
-/// from 0 to 1 as the geometric mean luminance goes from 0.01 to 0.06, so night keeps its dark sky, and as the contrast
-/// (standard deviation over mean) goes from 0.05 to 0.25, so a plate without a scene in it keeps its colour. `clipped`
-/// is 1 for a sky that is cut off at white. No term is a threshold: all of them are smooth in the plate and the camera.
+/// Under an overcast sky of radiance L a level grey card of reflectance 0.18 returns 0.18 L, so the mean luminance of
+/// the plate's lower half tells the sky's even when no sky is in the frame. 0.09, because streets are darker than the
+/// card and see no more than half of the sky; beside panoramas of an overcast square and of a wood that puts the sky
+/// right within a factor of 1.5 for most views. `daylight` goes from 0 to 1 as the geometric mean luminance goes from
+/// 0.01 to 0.06, so night keeps its dark sky, and as the contrast (standard deviation over mean) goes from 0.05 to
+/// 0.25, so a plate without a scene in it keeps its colour. Parts of the plate that are cut off at white count half as
+/// bright again. No term is a threshold: all of them are smooth in the plate and in the camera.
 ///
 /// Throws Error(InvalidArgument) for an empty plate or a field of view out of range.
 Panorama panoramaFromPlate(ConstImageViewF plate, double horizontalFov, const glm::dmat3& worldFromCamera,

@@ -16,6 +16,9 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double degree = pi / 180.0;
 
+constexpr double groundToSky = 0.09;
+constexpr double brightestGuess = 4.0;
+
 double luminance(const glm::dvec3& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }  // Rec.709
 
 double smoothstep(double from, double to, double x)
@@ -115,6 +118,37 @@ Cells averagePlate(ConstImageViewF plate)
     return cells;
 }
 
+/// What the plate's cells say of the kind of scene, each from 0 to 1 without a step.
+struct Judgement {
+    double scene;     // there is contrast: something is in the picture
+    double daylight;  // and it is not dark
+
+    explicit Judgement(const Cells& cells)
+    {
+        double mean = 0.0, square = 0.0, logarithm = 0.0;
+        const double count = double(cells.color.size());
+        for (const glm::dvec3& color : cells.color) {
+            const double y = luminance(color);
+            mean += y / count;
+            square += y * y / count;
+            logarithm += std::log(y + 1e-4) / count;
+        }
+        const double contrast = mean > 0.0 ? std::sqrt(std::max(square - mean * mean, 0.0)) / mean : 0.0;
+        scene = smoothstep(0.05, 0.25, contrast);
+        daylight = scene * smoothstep(std::log(0.01), std::log(0.06), logarithm);
+    }
+};
+
+/// Cells cut off at white were brighter.
+void extendWhite(Cells& cells, double scene)
+{
+    for (glm::dvec3& color : cells.color) {
+        const double y = luminance(color);
+        const double clipped = smoothstep(0.75, 0.98, y) * (1.0 - smoothstep(1.02, 1.2, y));
+        color *= 1.0 + 0.5 * scene * clipped;
+    }
+}
+
 /// Where the frame's edges are and what lies in it.
 struct Frame {
     double tanX, tanY;  // half of the frame at distance 1
@@ -129,7 +163,7 @@ struct Frame {
 /// The plate's colours over world elevation, continued up to the sky and down to the ground.
 class Profile {
 public:
-    Profile(const Cells& cells, const Frame& frame, const glm::dmat3& worldFromCamera,
+    Profile(const Cells& cells, const Frame& frame, const glm::dmat3& worldFromCamera, double daylight,
             const PlatePanoramaOptions& options)
         : table_(steps + 1)
     {
@@ -172,8 +206,9 @@ public:
         }
 
         const glm::dvec3 edge = (*this)(top);
-        const glm::dvec3 sky = options.skyRadiance ? glm::dvec3(*options.skyRadiance)
-                                                   : estimateSky(cells, elevation, 0.5 * (bottom + top), edge);
+        const glm::dvec3 sky = options.skyRadiance
+                                   ? glm::dvec3(*options.skyRadiance)
+                                   : estimateSky(cells, elevation, 0.5 * (bottom + top), edge, daylight);
         const double start = std::max(top, 0.0);
         for (int i = 0; i <= steps; ++i) {
             const double e = -pi / 2 + pi * i / steps;
@@ -194,29 +229,16 @@ private:
     std::vector<glm::dvec3> table_;
 
     static glm::dvec3 estimateSky(const Cells& cells, const std::vector<double>& elevation, double middle,
-                                  const glm::dvec3& edge)
+                                  const glm::dvec3& edge, double daylight)
     {
-        double mean = 0.0, square = 0.0, logarithm = 0.0, ground = 0.0, groundWeight = 0.0;
-        const double count = double(cells.color.size());
+        double ground = 0.0, weights = 0.0;
         for (std::size_t i = 0; i < cells.color.size(); ++i) {
-            const double y = luminance(cells.color[i]);
-            mean += y / count;
-            square += y * y / count;
-            logarithm += std::log(y + 1e-4) / count;
             const double weight = 1.0 - smoothstep(middle - 5.0 * degree, middle + 5.0 * degree, elevation[i]) + 1e-6;
-            ground += weight * y;
-            groundWeight += weight;
+            ground += weight * luminance(cells.color[i]);
+            weights += weight;
         }
-        ground /= groundWeight;
-        const double contrast = mean > 0.0 ? std::sqrt(std::max(square - mean * mean, 0.0)) / mean : 0.0;
-        const double scene = smoothstep(0.05, 0.25, contrast);
-        const double daylight = scene * smoothstep(std::log(0.01), std::log(0.06), logarithm);
-        const double edgeLuminance = luminance(edge);
-        const double clipped =
-            scene * smoothstep(0.75, 0.98, edgeLuminance) * (1.0 - smoothstep(1.02, 1.2, edgeLuminance));
-        const double extended = edgeLuminance * (1.0 + 0.5 * clipped);
-        const double missing = std::max(0.0, std::min(ground / 0.18, 4.0) - extended);
-        return edge * (1.0 + 0.5 * clipped) + daylight * missing;
+        const double sky = std::min(ground / weights / groundToSky, brightestGuess);
+        return edge + daylight * std::max(0.0, sky - luminance(edge));
     }
 };
 
@@ -239,13 +261,15 @@ Panorama panoramaFromPlate(ConstImageViewF plate, double horizontalFov, const gl
     if (options.skyRadiance && !(*options.skyRadiance >= 0.0 && std::isfinite(*options.skyRadiance))) {
         throw Error(ErrorCode::InvalidArgument, "sky radiance {}: must be 0 or more", *options.skyRadiance);
     }
-    const Cells cells = averagePlate(plate);
+    Cells cells = averagePlate(plate);
+    const Judgement judgement(cells);
+    extendWhite(cells, judgement.scene);
     const Cells soft = cells.blurred();
     Frame frame{};
     frame.halfAngle = 0.5 * horizontalFov;
     frame.tanX = std::tan(frame.halfAngle);
     frame.tanY = frame.tanX * plate.height() / plate.width();
-    const Profile profile(cells, frame, worldFromCamera, options);
+    const Profile profile(cells, frame, worldFromCamera, judgement.daylight, options);
     const glm::dmat3 cameraFromWorld = glm::transpose(worldFromCamera);
 
     const int width = options.width, height = options.width / 2;
