@@ -1,0 +1,95 @@
+"""Who may include whom: the floors of docs/design.md, and the folders that may name each outside library.
+
+    floors.py ROOT          checks ROOT/src, lib and cli; prints what is wrong, one line each, and fails
+    floors.py --self-test   checks that the rules catch what they are for
+"""
+
+import pathlib
+import re
+import sys
+
+FLOORS = {
+    "core": 0,
+    "camera": 1, "optics": 1, "rainfall": 1, "sh": 1,
+    "environment": 2, "particles": 2, "matte": 2, "depth": 2, "grade": 2, "io": 2, "gl": 2,
+    "passes": 3, "reference": 3,
+    "shot": 4,
+    "lib": 5, "cli": 5,
+}
+
+# Library: (what its includes look like, folders whose .cpp files may name it, folders whose headers may as well).
+# io/Libav.h is not seen outside io: nothing but io links FFmpeg.
+LIBRARIES = {
+    "FFmpeg": (r"lib(av\w+|sw\w+)/", {"io"}, {"io"}),
+    "OpenImageIO": (r"OpenImageIO/|OpenEXR/|Imath/", {"io"}, set()),
+    "OpenColorIO": (r"OpenColorIO/", {"io"}, set()),
+    "OpenCV": (r"opencv2?/", {"matte", "grade", "environment", "io"}, set()),
+    "OpenGL": (r"epoxy/|GL/|EGL/|GLES\d/", {"gl", "passes", "shot"}, {"gl", "passes", "shot"}),
+    "oneTBB": (r"tbb/|oneapi/", {"core"}, set()),
+}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
+
+
+def faults(path, text):
+    """Sentences on what the file at `path`, below the root, includes but may not."""
+    parts = pathlib.PurePosixPath(path).parts
+    folder = parts[1] if parts[0] == "src" else parts[0]
+    if folder not in FLOORS:
+        yield f"{path}: folder '{folder}' is not in docs/design.md's table of floors (tests/house/floors.py)"
+        return
+    for _, name in INCLUDE.findall(text):
+        other = name.split("/")[0]
+        if "/" in name and other in FLOORS and other != folder:
+            if FLOORS[other] >= FLOORS[folder]:  # neighbours on one floor do not know each other
+                yield (f"{path}: includes {name}: floor {FLOORS[folder]} ({folder}) may not include "
+                       f"floor {FLOORS[other]} ({other})")
+        for library, (pattern, sources, headers) in LIBRARIES.items():
+            if not re.match(pattern, name):
+                continue
+            places = headers if path.endswith(".h") else sources
+            if folder not in places:
+                yield f"{path}: includes {name}: {library} is seen in {', '.join(sorted(sources))} only"
+
+
+def check(root):
+    wrong, files = [], 0
+    for folder in ("src", "lib", "cli"):
+        for path in sorted((root / folder).rglob("*")):
+            if path.suffix in (".h", ".cpp"):
+                files += 1
+                wrong += faults(path.relative_to(root).as_posix(), path.read_text(encoding="utf-8"))
+    for sentence in wrong:
+        print(sentence)
+    print(f"{files} files, {len(wrong)} faults")
+    return 1 if wrong or files == 0 else 0
+
+
+def self_test():
+    allowed = [
+        ("src/shot/A.cpp", '#include "io/Plate.h"\n#include <vector>\n'),
+        ("src/io/Libav.h", "#include <libavformat/avformat.h>\n"),
+        ("src/sh/A.cpp", '#include "sh/Harmonics.h"\n#include <Eigen/Dense>\n'),
+    ]
+    forbidden = [
+        ("src/core/A.cpp", '#include "sh/Harmonics.h"\n'),
+        ("src/io/A.h", '#include "gl/Context.h"\n'),
+        ("src/io/A.h", "# include <OpenImageIO/imageio.h>\n"),
+        ("src/optics/A.cpp", "#include <opencv2/core.hpp>\n"),
+        ("src/particles/A.cpp", "#include <epoxy/gl.h>\n"),
+        ("src/shot/A.cpp", 'extern "C" {\n#include <libavutil/frame.h>\n}\n'),
+        ("src/attic/A.cpp", "#include <vector>\n"),
+    ]
+    silent = [case for case in forbidden if not list(faults(*case))]
+    loud = [case for case in allowed if list(faults(*case))]
+    for case in silent:
+        print("not caught:", case)
+    for case in loud:
+        print("wrongly caught:", case)
+    return 1 if silent or loud else 0
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--self-test"]:
+        sys.exit(self_test())
+    sys.exit(check(pathlib.Path(sys.argv[1])))

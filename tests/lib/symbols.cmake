@@ -1,0 +1,15 @@
+# Fails if LIBRARY exports a symbol that is not virga_*.
+execute_process(COMMAND ${NM} --dynamic --defined-only --format=posix ${LIBRARY} OUTPUT_VARIABLE symbols
+                COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX MATCHALL "[^\n]+" lines "${symbols}")
+set(count 0)
+foreach(line ${lines})
+  if(line MATCHES "^virga_")
+    math(EXPR count "${count} + 1")
+  else()
+    message(SEND_ERROR "exported by ${LIBRARY}: ${line}")
+  endif()
+endforeach()
+if(count LESS 11)
+  message(FATAL_ERROR "${LIBRARY} exports ${count} functions of virga.h; it has 11")
+endif()
