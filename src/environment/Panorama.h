@@ -47,23 +47,24 @@ struct PlatePanoramaOptions {
 /// A whole sphere from the one view that the plate gives: Wang et al. 2006, 4.1, "filled in the missing parts using the
 /// nearest available colors", done so that it has neither seams nor streaks and moves smoothly with the camera.
 ///
-/// plate            premultiplied scene-linear RGB or RGBA; transparent parts do not count, NaN and infinite pixels
-/// neither horizontalFov    [rad], in (0, 170 degrees] worldFromCamera  rotation; columns are the camera's x (right), y
-/// (up), z (back) axes
+/// plate            premultiplied scene-linear RGB or RGBA; transparent, NaN and infinite pixels do not count
+/// horizontalFov    [rad], in (0, 170 degrees]
+/// worldFromCamera  rotation; columns are the camera's x (right), y (up), z (back) axes
 ///
 /// In the frame: the plate, averaged to 48 columns. Around it: the nearest colours of the frame, ever more blurred,
 /// that give way over 60 degrees to a profile of the plate's colours over elevation; below the frame its lowest
 /// colours. Above: from the frame's highest colours T to the sky S over 30 degrees of elevation, where
 ///
-///   S = T + daylight * max(0, ground / 0.09 - T)     (its luminance; what is added is grey; ground / 0.09 at most 4).
+///   S = T + max(0, G - T) in luminance; what is added is grey;   G = daylight * min(ground / 0.09, 4).
 ///
 /// Under an overcast sky of radiance L a level grey card of reflectance 0.18 returns 0.18 L, so the mean luminance of
 /// the plate's lower half tells the sky's even when no sky is in the frame. 0.09, because streets are darker than the
-/// card and see no more than half of the sky; beside panoramas of an overcast square and of a wood that puts the sky
-/// right within a factor of 1.5 for most views. `daylight` goes from 0 to 1 as the geometric mean luminance goes from
-/// 0.01 to 0.06, so night keeps its dark sky, and as the contrast (standard deviation over mean) goes from 0.05 to
-/// 0.25, so a plate without a scene in it keeps its colour. Parts of the plate that are cut off at white count half as
-/// bright again. No term is a threshold: all of them are smooth in the plate and in the camera.
+/// card and see no more than half of the sky; beside panoramas of an overcast square and of a wood, looked at through
+/// 60 degrees and exposed for a median of 0.18, that puts the sky right within a factor of 2, most often 1.5.
+/// `daylight` goes from 0 to 1 as the geometric mean luminance goes from 0.01 to 0.06, so night keeps its dark sky, and
+/// as the contrast (standard deviation over mean) goes from 0.05 to 0.25, so a plate without a scene in it keeps its
+/// colour. Parts of the plate that are cut off at white count half as bright again, above the horizon as bright as G or
+/// skyRadiance if that is more. No term is a threshold: all of them are smooth in the plate and in the camera.
 ///
 /// Throws Error(InvalidArgument) for an empty plate or a field of view out of range.
 Panorama panoramaFromPlate(ConstImageViewF plate, double horizontalFov, const glm::dmat3& worldFromCamera,

@@ -118,37 +118,6 @@ Cells averagePlate(ConstImageViewF plate)
     return cells;
 }
 
-/// What the plate's cells say of the kind of scene, each from 0 to 1 without a step.
-struct Judgement {
-    double scene;     // there is contrast: something is in the picture
-    double daylight;  // and it is not dark
-
-    explicit Judgement(const Cells& cells)
-    {
-        double mean = 0.0, square = 0.0, logarithm = 0.0;
-        const double count = double(cells.color.size());
-        for (const glm::dvec3& color : cells.color) {
-            const double y = luminance(color);
-            mean += y / count;
-            square += y * y / count;
-            logarithm += std::log(y + 1e-4) / count;
-        }
-        const double contrast = mean > 0.0 ? std::sqrt(std::max(square - mean * mean, 0.0)) / mean : 0.0;
-        scene = smoothstep(0.05, 0.25, contrast);
-        daylight = scene * smoothstep(std::log(0.01), std::log(0.06), logarithm);
-    }
-};
-
-/// Cells cut off at white were brighter.
-void extendWhite(Cells& cells, double scene)
-{
-    for (glm::dvec3& color : cells.color) {
-        const double y = luminance(color);
-        const double clipped = smoothstep(0.75, 0.98, y) * (1.0 - smoothstep(1.02, 1.2, y));
-        color *= 1.0 + 0.5 * scene * clipped;
-    }
-}
-
 /// Where the frame's edges are and what lies in it.
 struct Frame {
     double tanX, tanY;  // half of the frame at distance 1
@@ -160,14 +129,15 @@ struct Frame {
     }
 };
 
-/// The plate's colours over world elevation, continued up to the sky and down to the ground.
-class Profile {
-public:
-    Profile(const Cells& cells, const Frame& frame, const glm::dmat3& worldFromCamera, double daylight,
-            const PlatePanoramaOptions& options)
-        : table_(steps + 1)
+/// What the plate's cells say of the scene and of its light, without a step anywhere.
+struct Judgement {
+    std::vector<double> elevation;  // [rad], of each cell in the world
+    double bottom, top;             // the lowest and the highest
+    double scene = 0;               // 0 to 1: there is contrast, so something is in the picture
+    double sky = 0;                 // luminance that the ground asks of the sky; 0 for no scene or at night
+
+    Judgement(const Cells& cells, const Frame& frame, const glm::dmat3& worldFromCamera) : elevation(cells.color.size())
     {
-        std::vector<double> elevation(cells.color.size());
         std::size_t at = 0;
         for (int y = 0; y < cells.rows; ++y) {
             for (int x = 0; x < cells.columns; ++x, ++at) {
@@ -176,7 +146,45 @@ public:
             }
         }
         const auto [lowest, highest] = std::minmax_element(elevation.begin(), elevation.end());
-        const double bottom = *lowest, top = *highest;
+        bottom = *lowest;
+        top = *highest;
+
+        const double middle = 0.5 * (bottom + top);
+        double mean = 0.0, square = 0.0, logarithm = 0.0, ground = 0.0, weights = 0.0;
+        const double count = double(cells.color.size());
+        for (std::size_t i = 0; i < cells.color.size(); ++i) {
+            const double y = luminance(cells.color[i]);
+            mean += y / count;
+            square += y * y / count;
+            logarithm += std::log(y + 1e-4) / count;
+            const double weight = 1.0 - smoothstep(middle - 5.0 * degree, middle + 5.0 * degree, elevation[i]) + 1e-6;
+            ground += weight * y;
+            weights += weight;
+        }
+        const double contrast = mean > 0.0 ? std::sqrt(std::max(square - mean * mean, 0.0)) / mean : 0.0;
+        scene = smoothstep(0.05, 0.25, contrast);
+        const double daylight = scene * smoothstep(std::log(0.01), std::log(0.06), logarithm);
+        sky = daylight * std::min(ground / weights / groundToSky, brightestGuess);
+    }
+};
+
+/// Cells cut off at white were brighter: by half, or, above the horizon, as bright as `sky` if that is more.
+void extendWhite(Cells& cells, const Judgement& judgement, double sky)
+{
+    for (std::size_t i = 0; i < cells.color.size(); ++i) {
+        const double y = luminance(cells.color[i]);
+        const double clipped = smoothstep(0.75, 0.98, y) * (1.0 - smoothstep(1.02, 1.2, y));
+        const double above = smoothstep(0.0, 10.0 * degree, judgement.elevation[i]);
+        cells.color[i] *= 1.0 + judgement.scene * clipped * (0.5 + above * std::max(0.0, sky - 1.5));
+    }
+}
+
+/// The plate's colours over world elevation, continued up to the sky and down to the ground.
+class Profile {
+public:
+    Profile(const Cells& cells, const Judgement& judgement, const PlatePanoramaOptions& options) : table_(steps + 1)
+    {
+        const std::vector<double>& elevation = judgement.elevation;
 
         // The plate's colours by degree of elevation, each cell shared between the two nearest.
         std::vector<glm::dvec3> sums(degrees + 1, glm::dvec3(0.0));
@@ -192,7 +200,7 @@ public:
         }
         // 4 degrees around the elevation asked for count; where there is nothing, what is nearest.
         for (int i = 0; i <= steps; ++i) {
-            const double wanted = std::clamp(-pi / 2 + pi * i / steps, bottom, top);
+            const double wanted = std::clamp(-pi / 2 + pi * i / steps, judgement.bottom, judgement.top);
             glm::dvec3 sum(0.0);
             double weights = 0.0;
             for (int k = 0; k <= degrees; ++k) {
@@ -205,11 +213,10 @@ public:
             table_[std::size_t(i)] = sum / weights;
         }
 
-        const glm::dvec3 edge = (*this)(top);
-        const glm::dvec3 sky = options.skyRadiance
-                                   ? glm::dvec3(*options.skyRadiance)
-                                   : estimateSky(cells, elevation, 0.5 * (bottom + top), edge, daylight);
-        const double start = std::max(top, 0.0);
+        const glm::dvec3 edge = (*this)(judgement.top);
+        const glm::dvec3 sky = options.skyRadiance ? glm::dvec3(*options.skyRadiance)
+                                                   : edge + std::max(0.0, judgement.sky - luminance(edge));
+        const double start = std::max(judgement.top, 0.0);
         for (int i = 0; i <= steps; ++i) {
             const double e = -pi / 2 + pi * i / steps;
             table_[std::size_t(i)] = glm::mix(table_[std::size_t(i)], sky, smoothstep(start, start + 30.0 * degree, e));
@@ -227,19 +234,6 @@ private:
     static constexpr int steps = 90;
     static constexpr int degrees = 180;
     std::vector<glm::dvec3> table_;
-
-    static glm::dvec3 estimateSky(const Cells& cells, const std::vector<double>& elevation, double middle,
-                                  const glm::dvec3& edge, double daylight)
-    {
-        double ground = 0.0, weights = 0.0;
-        for (std::size_t i = 0; i < cells.color.size(); ++i) {
-            const double weight = 1.0 - smoothstep(middle - 5.0 * degree, middle + 5.0 * degree, elevation[i]) + 1e-6;
-            ground += weight * luminance(cells.color[i]);
-            weights += weight;
-        }
-        const double sky = std::min(ground / weights / groundToSky, brightestGuess);
-        return edge + daylight * std::max(0.0, sky - luminance(edge));
-    }
 };
 
 }  // namespace
@@ -262,14 +256,14 @@ Panorama panoramaFromPlate(ConstImageViewF plate, double horizontalFov, const gl
         throw Error(ErrorCode::InvalidArgument, "sky radiance {}: must be 0 or more", *options.skyRadiance);
     }
     Cells cells = averagePlate(plate);
-    const Judgement judgement(cells);
-    extendWhite(cells, judgement.scene);
-    const Cells soft = cells.blurred();
     Frame frame{};
     frame.halfAngle = 0.5 * horizontalFov;
     frame.tanX = std::tan(frame.halfAngle);
     frame.tanY = frame.tanX * plate.height() / plate.width();
-    const Profile profile(cells, frame, worldFromCamera, judgement.daylight, options);
+    const Judgement judgement(cells, frame, worldFromCamera);
+    extendWhite(cells, judgement, options.skyRadiance.value_or(judgement.sky));
+    const Cells soft = cells.blurred();
+    const Profile profile(cells, judgement, options);
     const glm::dmat3 cameraFromWorld = glm::transpose(worldFromCamera);
 
     const int width = options.width, height = options.width / 2;

@@ -24,10 +24,8 @@ public:
     static constexpr double breakUpDiameter = 8e-3;
 
     /// rate_mm_h       0 to 1e6; 0 is no rain. Under 1e-6 the shape (Lambda) is that of 1e-6.
-    /// sizeMultiplier  art direction, 0.01 to 100: every drop of diameter D becomes one of sizeMultiplier * D. The
-    /// number
-    ///                 of drops stays, so the rain that then falls is more or less than rate_mm_h; see
-    ///                 impliedRate_mm_h().
+    /// sizeMultiplier  art direction, 0.01 to 100: every drop of diameter D becomes one of sizeMultiplier * D; their
+    ///                 number stays, so what then falls differs from rate_mm_h; see impliedRate_mm_h().
     /// Throws Error(InvalidArgument) for anything else.
     explicit DropSizes(double rate_mm_h, double sizeMultiplier = 1.0);
 
