@@ -1,12 +1,13 @@
-// Drops of the listed cells that are seen, as strokes. One work group a cell.
+// Drops of the listed cells that are seen, as strokes. One invocation a drop.
 // Reads: cells, classes, waves, fog table. Writes: two lists of strokes, those that cover many pixels apart.
 #include "common_frame.glsl"
 #include "shared/drop_field.glsl"
 #include "shared/visibility.glsl"
 
-layout(local_size_x = 32) in;
+layout(local_size_x = 64) in;  // dropsPerBlock
 
 layout(std430, binding = 1) readonly buffer Cells { Cell cells[]; };
+layout(std430, binding = 14) readonly buffer Blocks { uint cellOfBlock[]; };
 layout(std430, binding = 2) readonly buffer Classes
 {
     TurbulenceWave waves[4];
@@ -21,6 +22,7 @@ layout(std430, binding = 6) buffer Lists
 #ifdef FOG
 layout(binding = 2) uniform sampler2D fogTable;
 #endif
+uniform uint cellCount;
 
 /// Frequency of a drop's main oscillation [Hz]. Rayleigh 1879, mode 2, water at 20 C: 344 Hz at 1 mm.
 float oscillationFrequency(float diameter)
@@ -84,8 +86,10 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 
     stroke.path = vec4(start, end);
     stroke.body = vec4(halfWidth, covered, depthOpen, depthClose);
-    stroke.look = vec4(float(layer), 1.0, width / (2.0 * halfWidth), (drop.look & 1u) == 0u ? 1.0 : -1.0);
-    stroke.spare = vec4(0.0, 0.0, 0.0, 0.25 * confusion);
+    float matte = float(layer + 1u);
+    // Less than a pixel of blur along the path changes nothing that a pixel shows.
+    float blur = confusion > 1.0 ? 0.25 * confusion : 0.0;
+    stroke.look = vec4((drop.look & 1u) == 0u ? matte : -matte, 1.0, width / (2.0 * halfWidth), blur);
 #ifdef FOG
     stroke.look.y = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
 #endif
@@ -94,24 +98,26 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 
 void main()
 {
-    uint number = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
+    uint block = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
+    uint number = block * dropsPerBlock + gl_LocalInvocationID.x;
     if (number >= frame.picture.z) return;
-    Cell cell = cells[number];
+    uint at = cellOfBlock[block];
+    while (at + 1u < cellCount && cells[at + 1u].key.w <= number) ++at;
+    Cell cell = cells[at];
     DropClass dropClass = classes[cell.key.z];
-    for (uint index = gl_LocalInvocationID.x; index < cell.key.w; index += gl_WorkGroupSize.x) {
-        Drop drop = dropInCell(cell, dropClass, waves[0], waves[1], waves[2], waves[3], index);
-        Stroke stroke;
-        if (!strokeOf(drop, dropClass, stroke)) continue;
-        vec2 extent = abs(stroke.path.zw - stroke.path.xy) + 2.0 * stroke.body.x;
-        float footprint = max(extent.x, extent.y) * (2.0 * stroke.body.x + 1.0);
-        if (footprint <= frame.atlasSize.w) {
-            uint at = atomicAdd(smallCount, 1u);
-            atomicMax(smallGroups, at / 64u + 1u);
-            strokes[at] = stroke;
-        } else {
-            uint at = atomicAdd(largeCount, 1u);
-            atomicMax(largeGroups, at + 1u);
-            strokes[frame.picture.w - 1u - at] = stroke;  // the two lists grow towards each other
-        }
+    Drop drop = dropInCell(cell, dropClass, waves[0], waves[1], waves[2], waves[3], number - cell.key.w);
+    Stroke stroke;
+    if (!strokeOf(drop, dropClass, stroke)) return;
+
+    vec2 extent = abs(stroke.path.zw - stroke.path.xy) + 2.0 * stroke.body.x;
+    float footprint = max(extent.x, extent.y) * (2.0 * stroke.body.x + 1.0);
+    if (footprint <= frame.atlasSize.w) {
+        uint slot = atomicAdd(smallCount, 1u);
+        if ((slot & 63u) == 0u) atomicMax(smallGroups, slot / 64u + 1u);
+        strokes[slot] = stroke;
+    } else {
+        uint slot = atomicAdd(largeCount, 1u);
+        atomicMax(largeGroups, slot + 1u);
+        strokes[frame.picture.w - 1u - slot] = stroke;  // the two lists grow towards each other
     }
 }

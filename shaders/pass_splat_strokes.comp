@@ -18,11 +18,21 @@ void main()
     if (gl_GlobalInvocationID.x >= smallCount) return;
     Stroke stroke = strokes[gl_GlobalInvocationID.x];
     Walk walk = walkOf(stroke);
-    for (int row = walk.rows.x; row < walk.rows.y; ++row) splatRow(stroke, walk, row);
+    if (stroke.look.w > 0.0) {
+        for (int row = walk.rows.x; row < walk.rows.y; ++row)
+            splatRow(stroke, walk, row, blurredShare(stroke, walk, row));
+        return;
+    }
+    float before = massBefore(stroke, walk, float(walk.rows.x));
+    for (int row = walk.rows.x; row < walk.rows.y; ++row) {
+        float after = massBefore(stroke, walk, float(row) + 1.0);
+        splatRow(stroke, walk, row, after - before);
+        before = after;
+    }
 #else
     Stroke stroke = strokes[frame.picture.w - 1u - gl_WorkGroupID.x];
     Walk walk = walkOf(stroke);
     for (int row = walk.rows.x + int(gl_LocalInvocationID.x); row < walk.rows.y; row += int(gl_WorkGroupSize.x))
-        splatRow(stroke, walk, row);
+        splatRow(stroke, walk, row, blurredShare(stroke, walk, row));
 #endif
 }

@@ -107,24 +107,23 @@ Walk walkOf(Stroke stroke)
     return walk;
 }
 
-void splatRow(Stroke stroke, Walk walk, int row)
+/// Share of the stroke's mass that lies before row coordinate `row`.
+float massBefore(Stroke stroke, Walk walk, float row)
 {
-    float height = frame.atlasSize.y;
-    uint base = uint(stroke.look.x) * (uint(height) + 1u);
-    float centre = float(row) + 0.5;
-    float blur = 0.5 + stroke.spare.w;
-    float v0 = (centre - blur - walk.start) * walk.stretch;
-    float v1 = (centre + blur - walk.start) * walk.stretch;
-    if (walk.direction < 0.0) {
-        float swap = 1.0 - v0;
-        v0 = 1.0 - v1;
-        v1 = swap;
-    }
-    float along = (alongIntegral(base, v1) - alongIntegral(base, v0)) / (2.0 * blur);
-    float mass = stroke.body.y * along;
+    float v = (row - walk.start) * walk.stretch;
+    uint base = (uint(abs(stroke.look.x)) - 1u) * (uint(frame.atlasSize.y) + 1u);
+    return walk.direction > 0.0 ? alongIntegral(base, v) : 1.0 - alongIntegral(base, 1.0 - v);
+}
+
+/// Adds one row. `share`: of the stroke's mass that falls into it.
+void splatRow(Stroke stroke, Walk walk, int row, float share)
+{
+    float mass = stroke.body.y * share;
     if (mass * opticalDepthSteps < 0.5) return;
 
-    float v = clamp(0.5 * (v0 + v1), 0.0, 1.0);
+    float centre = float(row) + 0.5;
+    float v = clamp((centre - walk.start) * walk.stretch, 0.0, 1.0);
+    if (walk.direction < 0.0) v = 1.0 - v;
     float depth = mix(stroke.body.z, stroke.body.w, v);
     float middle = walk.middle + walk.slope * centre;
     float inverse = 1.0 / walk.halfWidth;
@@ -139,10 +138,18 @@ void splatRow(Stroke stroke, Walk walk, int row)
         float across = after - before;
         before = after;
         if (resolved) {
-            float u = 0.5 + stroke.look.w * (float(column) + 0.5 - middle) / tile;
-            across = u < 0.0 || u > 1.0 ? 0.0 : textureLod(mattes, vec3(u, v, stroke.look.x), 0.0).r / tile;
+            float u = 0.5 + sign(stroke.look.x) * (float(column) + 0.5 - middle) / tile;
+            across = u < 0.0 || u > 1.0 ? 0.0 : textureLod(mattes, vec3(u, v, abs(stroke.look.x) - 1.0), 0.0).r / tile;
         }
         ivec2 pixel = walk.steep ? ivec2(column, row) : ivec2(row, column);
         deposit(pixel, min(mass * across, 0.998), depth, stroke);
     }
+}
+
+/// Share of the mass in a row that defocus smears along the path.
+float blurredShare(Stroke stroke, Walk walk, int row)
+{
+    float reach = 0.5 + stroke.look.w;
+    float centre = float(row) + 0.5;
+    return (massBefore(stroke, walk, centre + reach) - massBefore(stroke, walk, centre - reach)) / (2.0 * reach);
 }

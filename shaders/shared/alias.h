@@ -5,7 +5,6 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
-#include <glm/trigonometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -22,6 +21,7 @@ using uint = unsigned int;
 using glm::dot;
 using glm::exp;
 using glm::log;
-using glm::sin;
+using glm::abs;
+using glm::fract;
 using glm::sqrt;
 }  // namespace virga::shared

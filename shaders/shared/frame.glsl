@@ -12,7 +12,7 @@ struct FrameConstants {
     vec4 lens;       // x: focal length at open [px]; y: at close [px]; z, w: optical axis on the picture [px]
     vec4 range;      // x: near [m]; y: far [m]; z: visibility threshold / opacity; w: opacity multiplier
     vec4 focus;      // x: aperture diameter [m]; y: 1 / focus distance [1/m]; z: exposure [s]; w: fogTableScale of the fog table [m]
-    uvec4 picture;   // x: width; y: height; z: cells; w: capacity of each stroke list
+    uvec4 picture;   // x: width; y: height; z: drops listed; w: room for strokes
     vec4 fogColor;   // rgb: airlight if w = 1; w = 0: the light that a drop returns
     vec4 boost;      // x: background boost c; y: 1 paper's C + cB, 0 energy-keeping C + c(B - Blow); z: optical depth at infinity; w: -
     vec4 grade;      // x: darken; y: desaturate; z: blur sigma at infinite depth [px]; w: depth scale of the blur [m]
@@ -30,6 +30,5 @@ struct FrameConstants {
 struct Stroke {
     vec4 path;   // x, y: start; z, w: end [px]
     vec4 body;   // x: half width, defocus included [px]; y: what the drop covers, in pixels times exposures; z, w: depth at start, end [m]
-    vec4 look;   // x: matte layer; y: share of the light that the fog in front lets through; z: drop width / full width; w: +1 or -1, the matte mirrored
-    vec4 spare;  // x: radiance of local lights, rgb; w: blur along the path [px]
+    vec4 look;   // x: matte layer + 1, negative if mirrored; y: share of its light that the fog in front lets through; z: drop width / full width; w: blur along the path [px]
 };

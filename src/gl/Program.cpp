@@ -41,17 +41,9 @@ Program::~Program()
     if (name_ != 0) glDeleteProgram(name_);
 }
 
-void Program::set(const char* uniform, int value) const
+void Program::set(const char* uniform, GLuint value) const
 {
-    glProgramUniform1i(name_, glGetUniformLocation(name_, uniform), value);
-}
-void Program::set(const char* uniform, float value) const
-{
-    glProgramUniform1f(name_, glGetUniformLocation(name_, uniform), value);
-}
-void Program::set(const char* uniform, float x, float y) const
-{
-    glProgramUniform2f(name_, glGetUniformLocation(name_, uniform), x, y);
+    glProgramUniform1ui(name_, glGetUniformLocation(name_, uniform), value);
 }
 
 void Program::dispatch(GLuint x, GLuint y, GLuint z) const

@@ -26,9 +26,7 @@ public:
     GLuint name() const { return name_; }
     explicit operator bool() const { return name_ != 0; }
     /// Sets a plain uniform; a name that this variant does not use is fine.
-    void set(const char* uniform, int value) const;
-    void set(const char* uniform, float value) const;
-    void set(const char* uniform, float x, float y) const;
+    void set(const char* uniform, GLuint value) const;
 
     /// Runs groups x * y * z of the program. The caller places the barriers.
     void dispatch(GLuint x, GLuint y = 1, GLuint z = 1) const;

@@ -34,13 +34,14 @@ Motion::Motion(const MotionSettings& settings) : settings_(settings)
         const double rise = 2 * unit(settings.seed, 310 + i) - 1;
         const double flat = std::sqrt(1 - rise * rise);
         Wave& wave = waves_[i];
-        wave.wave = tau / lengths[i] * glm::dvec3(flat * std::cos(azimuth), rise, flat * std::sin(azimuth));
-        wave.frequency = tau * frequencies[i];
+        wave.wave = 1 / lengths[i] * glm::dvec3(flat * std::cos(azimuth), rise, flat * std::sin(azimuth));
+        wave.frequency = frequencies[i];
         // Each wave moves drops along its own horizontal direction, a little up and down; directions a quarter turn
-        // apart share the variance evenly between x and z. rms of a sine is amplitude / sqrt(2).
+        // apart share the variance evenly between x and z: two waves an axis, each of rms velocity turbulence / sqrt(2).
+        // The parabolic wave of amplitude a has the triangle wave of amplitude 8 a for its slope, rms 8 a / sqrt(3).
         const double angle = tau * (unit(settings.seed, 320) + 0.25 * i);
-        const double velocity = settings.turbulence;  // two waves an axis, each of rms velocity / sqrt(2)
-        wave.shift = velocity / wave.frequency * glm::dvec3(std::cos(angle), 0.3, std::sin(angle));
+        const double velocity = settings.turbulence / std::sqrt(2.0);
+        wave.shift = velocity * std::sqrt(3.0) / (8 * wave.frequency) * glm::dvec3(std::cos(angle), 0.3, std::sin(angle));
     }
 }
 
@@ -66,18 +67,17 @@ std::array<shared::TurbulenceWave, 4> Motion::turbulenceWaves(double exposure) c
     for (int i = 0; i < 4; ++i)
         // Half a turn of the phase is the drop's own: neighbours lean alike, but not in step.
         waves[i] = {glm::vec4(glm::vec3(waves_[i].wave), float(waves_[i].frequency * exposure)),
-                    glm::vec4(glm::vec3(waves_[i].shift), float(std::numbers::pi))};
+                    glm::vec4(glm::vec3(waves_[i].shift), 0.5f)};
     return waves;
 }
 
 glm::vec4 Motion::turbulencePhases(const glm::dvec3& place, double t, int dropClass) const
 {
+    const auto fraction = [](double turns) { return turns - std::floor(turns); };
     glm::vec4 phases;
     for (int i = 0; i < 4; ++i) {
-        const double own = tau * unit(settings_.seed, 400 + 4 * std::uint64_t(dropClass) + i);
-        double phase = std::fmod(glm::dot(waves_[i].wave, place), tau) + std::fmod(waves_[i].frequency * t, tau) + own;
-        phase = std::fmod(phase, tau);
-        phases[i] = float(phase < 0 ? phase + tau : phase);
+        const double own = unit(settings_.seed, 400 + 4 * std::uint64_t(dropClass) + std::uint64_t(i));
+        phases[i] = float(fraction(fraction(glm::dot(waves_[i].wave, place)) + fraction(waves_[i].frequency * t) + own));
     }
     return phases;
 }

@@ -34,7 +34,8 @@ public:
 
     /// The waves for a shutter that is open for `exposure` [s].
     std::array<shared::TurbulenceWave, 4> turbulenceWaves(double exposure) const;
-    /// Phase of each wave at a place in a class's own frame [m] and a time [s], in [0, 2 pi): exact for any frame number.
+    /// Phase [turns] of each wave at a place in a class's own frame [m] and a time [s], in [0, 1]: exact for any frame
+    /// number.
     glm::vec4 turbulencePhases(const glm::dvec3& place, double t, int dropClass) const;
     bool hasTurbulence() const { return settings_.turbulence > 0; }
     /// No drop is shifted by more than this along an axis [m].
@@ -45,8 +46,8 @@ private:
         double velocity, frequency, phase;  // [m/s], [rad/s], [rad]
     };
     struct Wave {
-        glm::dvec3 wave, shift;
-        double frequency;  // [rad/s]
+        glm::dvec3 wave, shift;  // [turns/m], [m]
+        double frequency;  // [1/s]
     };
     MotionSettings settings_;
     glm::dvec2 gustDirection_{1, 0};

@@ -16,7 +16,7 @@
 namespace virga::particles {
 namespace {
 
-constexpr double dropsPerCell = 24;     // fills a work group of 32 and keeps the list of cells short
+constexpr double dropsPerCell = 8;      // small cells hug the frustum, large ones keep the list of cells short
 constexpr double largestCellEdge = 8;   // [m]; rare drops live in cells that hold less than one
 
 /// The part of space that a camera sees, tested against balls.
@@ -113,7 +113,7 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
                 if (count == 0) continue;
                 shared::Cell cell;
                 cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), std::uint32_t(dropClass),
-                            std::uint32_t(count)};
+                            std::uint32_t(drops)};
                 cell.origin = glm::vec4(glm::vec3(origin), 0.0f);
                 cell.phase = motion_.hasTurbulence()
                                  ? motion_.turbulencePhases(corner, exposure.open_s, int(dropClass))
@@ -143,10 +143,17 @@ CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visi
             std::size_t drops = 0;
             appendClass(std::size_t(s), exposure, visibility, cells, drops);
             const std::lock_guard lock(mutex);
+            for (shared::Cell& cell : cells) cell.key.w += std::uint32_t(list.drops);
             list.cells.insert(list.cells.end(), cells.begin(), cells.end());
             list.drops += drops;
         }
     });
+    // For each block of drops the cell that holds its first.
+    std::size_t cell = 0;
+    for (std::size_t drop = 0; drop < list.drops; drop += shared::dropsPerBlock) {
+        while (cell + 1 < list.cells.size() && list.cells[cell + 1].key.w <= drop) ++cell;
+        list.blocks.push_back(std::uint32_t(cell));
+    }
     return list;
 }
 

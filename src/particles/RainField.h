@@ -39,7 +39,14 @@ struct CellList {
     std::vector<shared::Cell> cells;
     std::vector<shared::DropClass> classes;  ///< all of the field's, in order; Cell::key.z indexes them
     std::array<shared::TurbulenceWave, 4> waves{};
+    std::vector<std::uint32_t> blocks;       ///< cell of the first of every dropsPerBlock drops
     std::size_t drops = 0;                   ///< in all cells: an upper bound on the strokes
+
+    /// Drops of cell c: up to the first drop of the next cell.
+    std::uint32_t dropsIn(std::size_t c) const
+    {
+        return (c + 1 < cells.size() ? cells[c + 1].key.w : std::uint32_t(drops)) - cells[c].key.w;
+    }
 };
 
 class RainField {

@@ -46,7 +46,8 @@ enum StorageIndex : unsigned {
     NearestMotionIndex,
     SplashAccumulatorsIndex,
     SplashesIndex,
-    SplashListIndex
+    SplashListIndex,
+    BlocksIndex
 };
 
 class FrameTargets {

@@ -10,5 +10,5 @@ namespace virga::shared {
 #include "shared/splash.glsl"
 
 static_assert(sizeof(FrameConstants) == 2 * 64 + 15 * 16 && offsetof(FrameConstants, lut) == 2 * 64 + 14 * 16);
-static_assert(sizeof(Stroke) == 64 && sizeof(Splash) == 64);
+static_assert(sizeof(Stroke) == 48 && sizeof(Splash) == 64);
 }  // namespace virga::shared

@@ -66,7 +66,7 @@ StrokePass::StrokePass(const Features& features, const matte::StrokeAtlas& atlas
 
 void StrokePass::describe(shared::FrameConstants& constants, const particles::CellList& list) const
 {
-    constants.picture.z = std::uint32_t(list.cells.size());
+    constants.picture.z = std::uint32_t(list.drops);
     constants.picture.w = std::uint32_t(std::max<std::size_t>(list.drops, 1));
     constants.atlas = {float(atlas_.groups), float(atlas_.variants), atlas_.firstBeadCycles, atlas_.groupsPerOctave};
     constants.atlasSize = {float(atlas_.width), float(atlas_.height), atlas_.acrossDiameters, largestSmallFootprint};
@@ -89,18 +89,22 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     cells_.reserve(list.cells.size() * sizeof(shared::Cell));
     classes_.reserve(wavesBytes + classesBytes);
     strokes_.reserve(list.drops * sizeof(shared::Stroke));
+    blocks_.reserve(list.blocks.size() * sizeof(std::uint32_t));
     cells_.upload(std::span(list.cells));
+    blocks_.upload(std::span(list.blocks));
     classes_.upload(list.waves.data(), wavesBytes);
     classes_.upload(list.classes.data(), classesBytes, wavesBytes);
     cells_.bindStorage(CellsIndex);
+    blocks_.bindStorage(BlocksIndex);
     classes_.bindStorage(ClassesIndex);
     strokes_.bindStorage(StrokesIndex);
     alongPrefix_.bindStorage(AlongPrefixIndex);
     mattes_.bind(MattesUnit);
 
-    // One work group a cell, in rows that no device finds too long.
-    emit_.dispatch(GLuint(std::min<std::size_t>(list.cells.size(), 65535)),
-                   GLuint((list.cells.size() + 65534) / 65535));
+    // One work group a block of drops, in rows that no device finds too long.
+    emit_.set("cellCount", GLuint(list.cells.size()));
+    emit_.dispatch(GLuint(std::min<std::size_t>(list.blocks.size(), 65535)),
+                   GLuint((list.blocks.size() + 65534) / 65535));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     timer.mark("drops");
     splat(splatSmall_, splatLarge_);

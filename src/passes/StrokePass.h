@@ -10,7 +10,7 @@ namespace virga::passes {
 /// Draws the drops that are seen one by one.
 /// Reads: the cells in view, the atlas; of the targets, depth and fog table. Writes: the accumulators (optical depth of
 /// the rain in fixed point, and the same weighted with the light that the fog lets through); nearest depth and motion.
-/// Two steps: drops become strokes, culled (one work group a cell), then strokes are splatted with integer atomics, so
+/// Two steps: drops become strokes, culled (one invocation a drop), then strokes are splatted with integer atomics, so
 /// that the sums are the same bits in whatever order the device adds them. Built once, run per frame.
 class StrokePass {
 public:
@@ -32,7 +32,7 @@ private:
     Features features_;
     matte::StrokeAtlas atlas_;
     gl::Program emit_, splatSmall_, splatLarge_, motionSmall_, motionLarge_;
-    gl::Buffer cells_, classes_, strokes_, lists_, alongPrefix_;
+    gl::Buffer cells_, blocks_, classes_, strokes_, lists_, alongPrefix_;
     gl::Texture mattes_;
 };
 
