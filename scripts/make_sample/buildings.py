@@ -212,7 +212,8 @@ def shop(mesh, at, u0, u1, height, look, rng):
             while u < (u1 - 1.8 if n > -1 else u1 - 0.4):
                 w, h = rng.uniform(0.08, 0.28), rng.uniform(0.1, 0.34)
                 tone = rng.choice(GOODS)
-                mesh.frame_box(at, u, u + w, level, level + h, n + 0.08, n + 0.32, m.lamplit(f"goods {tone}", tone, 0.75))
+                mesh.frame_box(at, u, u + w, level, level + h, n + 0.08, n + 0.32,
+                               m.lamplit(f"goods {tone}", tone, 0.75))
                 u += w + rng.uniform(0.02, 0.3)
     for a, b in ((u0 + 0.02, u0 + 0.36), (u1 - 0.36, u1 - 0.02)):
         for level in (0.6, 1.05, 1.5, 1.95, 2.4):
@@ -221,7 +222,8 @@ def shop(mesh, at, u0, u1, height, look, rng):
             while n < -1.2:
                 w, h = rng.uniform(0.06, 0.22), rng.uniform(0.12, 0.34)
                 tone = rng.choice(GOODS)
-                mesh.frame_box(at, a + 0.05, b - 0.05, level, level + h, n, n + w, m.lamplit(f"goods {tone}", tone, 0.75))
+                mesh.frame_box(at, a + 0.05, b - 0.05, level, level + h, n, n + w,
+                               m.lamplit(f"goods {tone}", tone, 0.75))
                 n += w + rng.uniform(0.0, 0.2)
     if look["awning"]:
         awning(mesh, at, u0 + 0.1, u1 - 0.1, height - 0.75, 1.25, look["awning"])
@@ -267,7 +269,8 @@ def roof(mesh, at, width, eaves, look, rng, depth=9.0):
         mesh.frame_box(at, u - 0.07, u + 0.67, top - 0.16, top, n - 1.37, n + 0.07, stack)
         for k in range(3):
             x, _, z = at(u + 0.3, 0, n - 0.25 - 0.4 * k)
-            mesh.lathe((x, top, z), [(0.11, 0), (0.13, 0.08), (0.1, 0.4), (0.13, 0.45), (0.1, 0.45), (0.02, 0.4)], pot, 10)
+            mesh.lathe((x, top, z), [(0.11, 0), (0.13, 0.08), (0.1, 0.4), (0.13, 0.45), (0.1, 0.45), (0.02, 0.4)],
+                       pot, 10)
 
 
 def building(mesh, at, width, spec, rng):

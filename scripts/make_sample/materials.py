@@ -215,7 +215,9 @@ def lamplit(name, colour, glow):
     _, _, z = g.split(g.position())
     falloff = g.step(z, 0.0, 3.2, 0.45 * glow, 1.15 * glow)
     return finish(made, g, g.surface(colour, 0.6, 0.2, None, Emission=colour,
-                                     **{"Emission Strength": g.math("MULTIPLY", falloff, g.step(g.noise(g.position(), 1.1), 0.25, 0.75, 0.5, 1.3))}))
+                                     **{"Emission Strength": g.math("MULTIPLY", falloff,
+                                                                    g.step(g.noise(g.position(), 1.1), 0.25, 0.75,
+                                                                           0.5, 1.3))}))
 
 
 @functools.lru_cache(None)
@@ -263,12 +265,14 @@ def paving(name, colour, width, height, roughness=(0.5, 0.18)):
     p = g.position()
     x, y, _ = g.split(p)
     slabs = g.node("ShaderNodeTexBrick", {
-        "Vector": g.join(x, y, 0.0), "Color1": tuple(c * 0.75 for c in colour), "Color2": tuple(c * 1.2 for c in colour),
+        "Vector": g.join(x, y, 0.0), "Color1": tuple(c * 0.75 for c in colour),
+        "Color2": tuple(c * 1.2 for c in colour),
         "Mortar": tuple(c * 0.3 for c in colour), "Scale": 1.0, "Mortar Size": 0.009, "Mortar Smooth": 0.3,
         "Brick Width": width, "Row Height": height})
     wet = g.step(g.noise(p, 0.7, 4.0, 0.55), 0.42, 0.62)
     pool = g.step(g.noise(p, 0.55, 3.0, 0.5, 0.4), 0.60, 0.64)
-    stain = g.math("MULTIPLY", g.step(g.noise(p, 1.3, 5.0), 0.3, 0.75, 0.7, 1.1), g.step(g.noise(p, 60.0, 2.0), 0.2, 0.8, 0.85, 1.15))
+    stain = g.math("MULTIPLY", g.step(g.noise(p, 1.3, 5.0), 0.3, 0.75, 0.7, 1.1),
+                   g.step(g.noise(p, 60.0, 2.0), 0.2, 0.8, 0.85, 1.15))
     colour_out = g.scale_colour(slabs.outputs["Color"], g.math("MULTIPLY", stain, g.step(wet, 0.0, 1.0, 1.0, 0.6)))
     rough = g.math("MULTIPLY", g.step(wet, 0.0, 1.0, roughness[0], roughness[1]), g.step(pool, 0.0, 1.0, 1.0, 0.1))
     height_out = g.math("SUBTRACT", g.math("MULTIPLY", g.noise(p, 30.0, 3.0), 0.25), slabs.outputs["Fac"])

@@ -19,7 +19,7 @@ import camera
 
 DEPTH_WIDTH, DEPTH_HEIGHT = camera.WIDTH // 2, camera.HEIGHT // 2
 DEPTH_BITS = 7      # of half float's 10 bits of mantissa: depth is rounded to within 0.4 %, and compresses
-SUBFRAMES = 4       # poses that are averaged over a shutter of 180 degrees
+SUBFRAMES = 3       # poses that are averaged over a shutter of 180 degrees
 
 
 def read(path, *channels):
@@ -48,15 +48,12 @@ ALBEDO = ("Denoising Albedo.R", "Denoising Albedo.G", "Denoising Albedo.B")
 NORMAL = ("Denoising Normal.X", "Denoising Normal.Y", "Denoising Normal.Z")
 
 
-def denoise(half_a, half_b, features, radius=6, k=0.55):
-    """Non-local means with two half buffers (Rousselle, Knaus & Zwicker 2012): the weights of one half filter the
-    other, so noise cannot vote for itself; features (albedo, normal) veto neighbours of another material.
-    All H x W x C; returns the filtered mean of the halves."""
-    halves = (half_a, half_b)
-    # Variance of one half, from the difference of the two; pooled, because two values say little.
-    variance = cv2.blur((half_a - half_b) ** 2 / 2, (9, 9))
-    sums = [np.zeros_like(half_a) for _ in halves]
-    weights = [np.zeros(half_a.shape[:2], np.float32) for _ in halves]
+def _nonlocal_means(guides, subjects, variance, features, radius, k):
+    """The mean over i of subjects[i], filtered with weights from guides[i]."""
+    total = 0.0
+    shape = variance.shape[:2]
+    sums = [np.zeros_like(variance) for _ in guides]
+    weights = [np.zeros(shape, np.float32) for _ in guides]
 
     def shifted(image, dy, dx):
         return np.roll(image, (-dy, -dx), (0, 1))
@@ -64,36 +61,50 @@ def denoise(half_a, half_b, features, radius=6, k=0.55):
     for dy in range(-radius, radius + 1):
         for dx in range(-radius, radius + 1):
             other_variance = shifted(variance, dy, dx)
-            feature = np.zeros(half_a.shape[:2], np.float32)
+            allowed = variance + np.minimum(variance, other_variance)
+            scale = 1 / (1e-5 + k * k * (variance + other_variance))
+            feature = np.zeros(shape, np.float32)
             for image, tolerance in features:
                 feature += ((image - shifted(image, dy, dx)) ** 2).sum(-1) / tolerance ** 2
-            for i in (0, 1):
-                guide, subject = halves[i], halves[1 - i]
-                distance = (guide - shifted(guide, dy, dx)) ** 2 - (variance + np.minimum(variance, other_variance))
-                distance /= 1e-5 + k * k * (variance + other_variance)
-                distance = cv2.blur(distance.mean(-1), (5, 5))
-                weight = np.exp(-np.maximum(distance, 0) - feature)
-                sums[i] += weight[..., None] * shifted(subject, dy, dx)
+            for i, guide in enumerate(guides):
+                distance = ((guide - shifted(guide, dy, dx)) ** 2 - allowed) * scale
+                weight = np.exp(-np.maximum(cv2.blur(distance.mean(-1), (5, 5)), 0) - feature)
+                sums[i] += weight[..., None] * shifted(subjects[i], dy, dx)
                 weights[i] += weight
-    return (sums[0] / weights[0][..., None] + sums[1] / weights[1][..., None]) / 2
+    for s, w in zip(sums, weights):
+        total = total + s / w[..., None]
+    return total / len(guides)
+
+
+def denoise(half_a, half_b, features, radius=5, k=0.55):
+    """Non-local means with two half buffers (Rousselle, Knaus & Zwicker 2012): the weights of one half filter the
+    other, so noise cannot vote for itself; features (albedo, normal) veto neighbours of another material.
+    All float32, H x W x C; returns the filtered mean of the halves. Where there is only one render it is both halves,
+    and its noise is judged by how far pixels stray from the median of their neighbours."""
+    half_a, half_b = half_a.astype(np.float32), half_b.astype(np.float32)
+    if np.array_equal(half_a, half_b):
+        stray = half_a - cv2.medianBlur(half_a, 3)
+        variance = cv2.blur(np.minimum(stray ** 2, 0.1), (9, 9))
+        return _nonlocal_means((half_a,), (half_a,), variance, features, radius, k)
+    # Variance of one half, from the difference of the two; pooled, because two values say little.
+    variance = cv2.blur((half_a - half_b) ** 2 / 2, (9, 9))
+    return _nonlocal_means((half_a, half_b), (half_b, half_a), variance, features, radius, k)
 
 
 def clean(paths, with_features):
     """Mean of the passes, denoised. Where features exist, albedo is divided out first, so texture is kept."""
     colours = [read(p, *COMBINED) for p in paths]
-    # A sample that no other pass confirms is a firefly.
-    if len(colours) > 2:
-        ceiling = np.sort(np.stack(colours), 0)[-2] * 1.6 + 0.02
+    # Brightness that no other pass confirms is a firefly.
+    if len(colours) > 1:
+        ceiling = np.sort(np.stack(colours), 0)[-2] * 2.0 + 0.03
         colours = [np.minimum(c, ceiling) for c in colours]
-    if len(colours) == 1:
-        return colours[0]
     if not with_features:
-        a, b = np.mean(colours[::2], 0), np.mean(colours[1::2], 0)
-        return np.expm1(denoise(np.log1p(a), np.log1p(b), [], 4))
+        a, b = (np.log1p(np.mean(colours[i::2] or colours, 0)) for i in (0, 1))
+        return np.expm1(denoise(a, b, [], 4))
     albedo = np.mean([read(p, *ALBEDO) for p in paths], 0)
     normal = np.mean([read(p, *NORMAL) for p in paths], 0)
     divisor = np.clip(albedo, 0, 1) + 0.03
-    a, b = (np.log1p(np.mean(colours[i::2], 0) / divisor) for i in (0, 1))
+    a, b = (np.log1p(np.mean(colours[i::2] or colours, 0) / divisor) for i in (0, 1))
     filtered = denoise(a, b, [(np.sqrt(np.clip(albedo, 0, 1)), 0.09), (normal, 0.5)])
     return np.expm1(filtered) * divisor
 
@@ -140,11 +151,10 @@ def rounded(depth):
 def with_car(panorama, distances, folder, frame):
     """The two panoramas with the moving car of this frame put in. Its patch was rendered with fewer samples, so it
     replaces the still street only where the car, its reflection or its shadow make a difference."""
-    paths = [os.path.join(folder, f"{half}.{frame:04d}.exr") for half in "ab"]
-    patch = clean(paths, True)
+    patch = clean([os.path.join(folder, f"light.{frame:04d}.exr")], True)
     c0, c1, r0, r1 = camera.car_patch(frame, panorama.shape[1::-1])
     d0, d1, e0, e1 = camera.car_patch(frame, distances.shape[1::-1])
-    ray = read(os.path.join(folder, f"z.{frame:04d}.exr"), "Depth.Z")[..., 0]
+    ray = read(os.path.join(folder, f"depth.{frame:04d}.exr"), "Depth.Z")[..., 0]
     still = panorama[r0:r1, c0:c1]
     assert patch.shape == still.shape and ray.shape == (e1 - e0, d1 - d0)
 
@@ -215,7 +225,7 @@ def encoder(path):
         "-i", "-", "-f", "lavfi", "-i", AMBIENCE,
         "-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=lanczos+accurate_rnd+full_chroma_int:sws_dither=ed,"
                "format=yuv420p",
-        "-c:v", "libx264", "-preset", "veryslow", "-crf", "17", "-threads", "1", "-bf", "2",
+        "-c:v", "libx264", "-preset", "slow", "-crf", "17", "-threads", "2", "-bf", "2",
         "-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace", "bt709", "-color_range", "tv",
         "-c:a", "aac", "-b:a", "64k", "-t", str(camera.FRAMES / camera.FPS), "-fflags", "+bitexact",
         "-movflags", "+faststart", path], stdin=subprocess.PIPE)
@@ -225,8 +235,8 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--work", required=True)
     parser.add_argument("--out", required=True)
-    parser.add_argument("--passes", type=int, default=4)
-    parser.add_argument("--env-passes", type=int, default=2)
+    parser.add_argument("--passes", type=int, default=2)
+    parser.add_argument("--env-passes", type=int, default=1)
     parser.add_argument("--no-car", dest="car", action="store_false")
     parser.add_argument("--preview", help="write a few frames as PNG into this folder")
     args = parser.parse_args()
@@ -241,7 +251,7 @@ def main():
         check_track(out("street.chan"), json.load(source), lambda frame: frame_depth(distances, frame))
 
     environment = clean([work(f"env_{i + 1}.exr") for i in range(args.env_passes)], False)
-    write(out("street_env.exr"), environment, ("R", "G", "B"), "dwaa:10")
+    write(out("street_env.exr"), environment, ("R", "G", "B"), "dwaa:25")
 
     movie = encoder(out("street.part.mp4"))
     for frame in range(camera.FRAMES):
@@ -251,7 +261,8 @@ def main():
         depth = rounded(frame_depth(ray, frame, DEPTH_WIDTH, DEPTH_HEIGHT))
         write(out(f"street_depth.{frame:04d}.exr"), depth[..., None], ("Z",), "zip:9")
         if args.preview and frame in (0, 48, 95):
-            cv2.imwrite(os.path.join(args.preview, f"frame_{frame:04d}.png"), (code[..., ::-1] * 255 + 0.5).astype(np.uint8))
+            cv2.imwrite(os.path.join(args.preview, f"frame_{frame:04d}.png"),
+                        (code[..., ::-1] * 255 + 0.5).astype(np.uint8))
     movie.stdin.close()
     if movie.wait():
         raise RuntimeError("ffmpeg failed")

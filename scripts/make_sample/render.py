@@ -80,8 +80,8 @@ def render_patch(scene, lens, patch, size, path):
 
 
 def render_car(scene, lens, folder, samples, scale, depth_scale, frames):
-    """The moving car's patch of each frame: light twice, with different seeds (post.py denoises one with the other),
-    then depth. Whole files only: each is written to a temporary name first."""
+    """The moving car's patch of each frame, light and then depth. Whole files only: each is written to a temporary
+    name first, and those that exist are not rendered again."""
     os.makedirs(folder, exist_ok=True)
     things = street_scene.moving_car()
     left, right, bottom, top = camera.field()
@@ -101,14 +101,12 @@ def render_car(scene, lens, folder, samples, scale, depth_scale, frames):
         render_patch(scene, lens, patch, (c1 - c0, r1 - r0), os.path.join(folder, "part.exr"))
         os.replace(os.path.join(folder, "part.exr"), path)
 
-    for seed, kind in enumerate(("a", "b")):
-        for frame in frames:
-            settings(scene, samples, 1000 * (seed + 1) + frame)
-            scene.render.use_persistent_data = True
-            job(frame, kind, scale)
+    for frame in frames:
+        scene.cycles.seed = 1000 + frame
+        job(frame, "light", scale)
     sharp(scene)
     for frame in frames:
-        job(frame, "z", depth_scale)
+        job(frame, "depth", depth_scale)
 
 
 def main():

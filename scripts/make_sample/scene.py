@@ -19,13 +19,16 @@ LEFT = [
     (10, dict(wall=("brick", b.BROWN_BRICK), floors=2, tiles=b.CLAY)),
     (12.5, dict(wall=("plaster", b.CREAM), floors=3, sign="LIBRI", shop_paint=(0.05, 0.015, 0.015))),
     (11.4, dict(wall=("brick", b.RED_BRICK), floors=3, trim=b.SANDSTONE, quoins=True, sign="CAFE MIRO", side_door=True,
-                shop_paint=(0.016, 0.045, 0.035), awning=((0.42, 0.04, 0.03), (0.62, 0.58, 0.5)), dormers=2, bars=True)),
+                shop_paint=(0.016, 0.045, 0.035), awning=((0.42, 0.04, 0.03), (0.62, 0.58, 0.5)), dormers=2,
+                bars=True)),
     (9.2, dict(wall=("plaster", b.WHITE), floors=3, balconies=(0, 1), base=b.SANDSTONE, frame=(0.06, 0.05, 0.04),
-               trim=(0.62, 0.6, 0.55), shutters=(0.10, 0.16, 0.17), surround=False, tiles=b.CLAY, pitch=math.radians(30))),
+               trim=(0.62, 0.6, 0.55), shutters=(0.10, 0.16, 0.17), surround=False, tiles=b.CLAY,
+               pitch=math.radians(30))),
     (12.2, dict(wall=("stone", b.SANDSTONE), floors=3, trim=(0.55, 0.49, 0.4), bands=True, balconies=(0,),
                 balcony_bays=(1, 2, 3), dormers=3, bars=True)),
     (9.6, dict(wall=("plaster", b.ROSE), floors=2, storey=3.5, sign="TABAC", shop_paint=(0.03, 0.04, 0.07),
-               awning=((0.05, 0.11, 0.22), (0.6, 0.58, 0.52)), shutters=(0.30, 0.30, 0.27), surround=False, tiles=b.CLAY)),
+               awning=((0.05, 0.11, 0.22), (0.6, 0.58, 0.52)), shutters=(0.30, 0.30, 0.27), surround=False,
+               tiles=b.CLAY)),
     (13, dict(wall=("brick", b.YELLOW_BRICK), floors=3, trim=b.WHITE, quoins=True, bands=True, dormers=3)),
     (9.4, dict(wall=("plaster", b.SAGE), floors=3, balconies=(0, 1, 2), balcony_bays=(1,))),
     (12, dict(wall=("plaster", b.CREAM), floors=2, shutters=(0.06, 0.13, 0.09), surround=False, tiles=b.CLAY)),
@@ -37,10 +40,12 @@ RIGHT = [
     (12, dict(wall=("stone", b.GREY), floors=3, sign="BANCA")),
     (11.2, dict(wall=("plaster", b.BLUE), floors=3, balconies=(0,), sign="FLORA", side_door=True,
                 shop_paint=(0.12, 0.08, 0.025), awning=((0.05, 0.15, 0.07), (0.58, 0.56, 0.48)))),
-    (12.6, dict(wall=("plaster", b.OCHRE), floors=3, trim=(0.62, 0.58, 0.48), quoins=True, sign="HOTEL SOLE", bands=True,
+    (12.6, dict(wall=("plaster", b.OCHRE), floors=3, trim=(0.62, 0.58, 0.48), quoins=True, sign="HOTEL SOLE",
+                bands=True,
                 shop_paint=(0.035, 0.02, 0.012), balconies=(0, 1), balcony_bays=(0, 2, 4), dormers=2)),
     (9.8, dict(wall=("brick", b.BROWN_BRICK), floors=4, storey=3.0, trim=b.WHITE, bars=True)),
-    (11.4, dict(wall=("plaster", b.WHITE), floors=2, storey=3.4, shutters=(0.07, 0.12, 0.20), surround=False, tiles=b.CLAY)),
+    (11.4, dict(wall=("plaster", b.WHITE), floors=2, storey=3.4, shutters=(0.07, 0.12, 0.20), surround=False,
+                tiles=b.CLAY)),
     ("gap", 8.0),
     (12, dict(wall=("stone", b.SANDSTONE), floors=3, bands=True, dormers=3)),
     (11, dict(wall=("plaster", b.ROSE), floors=3, balconies=(0, 1), balcony_bays=(1, 2))),
@@ -81,7 +86,8 @@ def _closing_rows(rng):
         u += 12
     for k, u in enumerate((26.0, 13.5, 1.0, -11.5)):
         b.building(mesh, frame((u, 0.05, street.NEAR + 9), (-1, 0), (0, -1)), 12.5, far[(k + 1) % 4], rng)
-    b.building(mesh, frame((30, 0.05, -62), (0, 1), (-1, 0)), 22, dict(wall=("plaster", b.CREAM), floors=3, tiles=b.CLAY), rng)
+    b.building(mesh, frame((30, 0.05, -62), (0, 1), (-1, 0)), 22,
+               dict(wall=("plaster", b.CREAM), floors=3, tiles=b.CLAY), rng)
     mesh.to_object()
 
 
@@ -183,7 +189,8 @@ def build():
 
 def moving_car():
     """The car that drives; its objects are moved by `drive`."""
-    return park(car("moving hatchback", "hatchback", (0.16, 0.17, 0.18), headlights=True), "moving car", (0, 0, 0), math.pi)
+    return park(car("moving hatchback", "hatchback", (0.16, 0.17, 0.18), headlights=True), "moving car", (0, 0, 0),
+                math.pi)
 
 
 def drive(things, front, length):

@@ -47,7 +47,8 @@ def ground(rng):
         mesh.polygon([(x0, 0.003, z0), (x1, 0.003, z0), (x1, 0.003, z1), (x0, 0.003, z1)], newer)
     iron = m.plain("cast iron", (0.035, 0.033, 0.031), 0.3, 0.5, 0.6)
     for x, z in ((0.55, -9.4), (-0.8, -21.0), (1.2, -36.0)):
-        mesh.lathe((x, 0, z), [(0.42, 0.0), (0.42, 0.010), (0.36, 0.012), (0.355, 0.004), (0.34, 0.012), (0.0, 0.012)], iron, 40)
+        mesh.lathe((x, 0, z), [(0.42, 0.0), (0.42, 0.010), (0.36, 0.012), (0.355, 0.004), (0.34, 0.012),
+                               (0.0, 0.012)], iron, 40)
         for r in range(-4, 5):
             w = math.sqrt(max(0.31 ** 2 - (r * 0.07) ** 2, 0))
             mesh.box((x - w, 0.01, z + r * 0.07 - 0.012), (x + w, 0.019, z + r * 0.07 + 0.012), iron)
@@ -73,13 +74,16 @@ def lamp_post(mesh, x, z, reach, lit):
     """A cast-iron post with a lantern on an arm over the road."""
     iron = m.painted("lamp iron", (0.012, 0.022, 0.018), 0.3)
     mesh.lathe((x, KERB, z), [(0.17, 0), (0.17, 0.12), (0.13, 0.16), (0.12, 0.8), (0.14, 0.84), (0.08, 0.95),
-                              (0.062, 1.2), (0.05, 4.7), (0.075, 4.75), (0.06, 4.85), (0.03, 5.1), (0.0, 5.2)], iron, 16)
-    arc = [(x + reach * (1 - math.cos(t)) * 0.5 * 1.0 + reach * 0.5 * (t / math.pi), 4.55 + KERB + 0.42 * math.sin(t), z)
+                              (0.062, 1.2), (0.05, 4.7), (0.075, 4.75), (0.06, 4.85), (0.03, 5.1), (0.0, 5.2)], iron,
+                              16)
+    arc = [(x + reach * (1 - math.cos(t)) * 0.5 * 1.0 + reach * 0.5 * (t / math.pi), 4.55 + KERB + 0.42 * math.sin(t),
+            z)
            for t in [math.pi * k / 10 for k in range(11)]]
     mesh.tube(arc, [0.032] * len(arc), iron, 8)
     mesh.tube([(x, 4.2, z), (x + reach * 0.35, 4.98, z)], [0.018, 0.018], iron, 6)
     cx, cy = x + reach, 4.55 + KERB
-    mesh.lathe((cx, cy, z), [(0.02, 0.12), (0.08, 0.06), (0.24, -0.06), (0.26, -0.1), (0.19, -0.1), (0.0, -0.06)], iron, 8)
+    mesh.lathe((cx, cy, z), [(0.02, 0.12), (0.08, 0.06), (0.24, -0.06), (0.26, -0.1), (0.19, -0.1), (0.0, -0.06)],
+               iron, 8)
     glow = m.light("lamp, lit", (1.0, 0.66, 0.30), 9.0) if lit else m.window_glass("lamp, dark", (0.3, 0.29, 0.26))
     mesh.lathe((cx, cy, z), [(0.17, -0.1), (0.11, -0.46), (0.0, -0.47)], glow, 8)
     for k in range(4):
@@ -117,8 +121,10 @@ def bollard(mesh, x, z):
 
 def bin_(mesh, x, z):
     green = m.painted("bin", (0.015, 0.05, 0.03), 0.3)
-    mesh.lathe((x, KERB, z), [(0.24, 0.02), (0.27, 0.75), (0.30, 0.78), (0.30, 0.86), (0.22, 1.0), (0.0, 1.04)], green, 18)
-    mesh.box((x - 0.31, KERB + 0.62, z - 0.14), (x + 0.31, KERB + 0.74, z + 0.14), m.plain("car trim", (0.012, 0.012, 0.012), 0.5))
+    mesh.lathe((x, KERB, z), [(0.24, 0.02), (0.27, 0.75), (0.30, 0.78), (0.30, 0.86), (0.22, 1.0), (0.0, 1.04)],
+               green, 18)
+    mesh.box((x - 0.31, KERB + 0.62, z - 0.14), (x + 0.31, KERB + 0.74, z + 0.14),
+             m.plain("car trim", (0.012, 0.012, 0.012), 0.5))
 
 
 def bench(mesh, x, z):
@@ -127,7 +133,8 @@ def bench(mesh, x, z):
     for k in range(4):
         mesh.box((x - 0.22 + k * 0.12, KERB + 0.44, z - 0.8), (x - 0.13 + k * 0.12, KERB + 0.47, z + 0.8), wood)
     for k in range(3):
-        mesh.box((x + 0.25 + k * 0.02, KERB + 0.58 + k * 0.13, z - 0.8), (x + 0.28 + k * 0.02, KERB + 0.68 + k * 0.13, z + 0.8), wood)
+        mesh.box((x + 0.25 + k * 0.02, KERB + 0.58 + k * 0.13, z - 0.8),
+                 (x + 0.28 + k * 0.02, KERB + 0.68 + k * 0.13, z + 0.8), wood)
     for dz in (-0.65, 0.65):
         mesh.box((x - 0.2, KERB, z + dz - 0.03), (x - 0.15, KERB + 0.44, z + dz + 0.03), iron)
         mesh.box((x + 0.22, KERB, z + dz - 0.03), (x + 0.27, KERB + 0.9, z + dz + 0.03), iron)
@@ -136,7 +143,8 @@ def bench(mesh, x, z):
 def cafe_table(mesh, x, z, rng):
     metal = m.plain("table", (0.25, 0.255, 0.26), 0.2, 0.5, 0.8)
     seat = m.painted("chair", (0.18, 0.03, 0.02), 0.3)
-    mesh.lathe((x, KERB, z), [(0.22, 0), (0.22, 0.02), (0.025, 0.05), (0.025, 0.71), (0.33, 0.72), (0.33, 0.745), (0.0, 0.745)], metal, 20)
+    mesh.lathe((x, KERB, z), [(0.22, 0), (0.22, 0.02), (0.025, 0.05), (0.025, 0.71), (0.33, 0.72), (0.33, 0.745),
+                              (0.0, 0.745)], metal, 20)
     for a in (rng.uniform(0, 1), rng.uniform(2.6, 3.6)):
         cx, cz = x + 0.62 * math.cos(a), z + 0.62 * math.sin(a)
         out = (math.cos(a), math.sin(a))
@@ -156,7 +164,8 @@ def wire(mesh, a, b, sag):
     points = []
     for k in range(25):
         t = k / 24
-        points.append((a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t - 4 * sag * t * (1 - t), a[2] + (b[2] - a[2]) * t))
+        points.append((a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t - 4 * sag * t * (1 - t),
+                       a[2] + (b[2] - a[2]) * t))
     mesh.tube(points, [0.011] * len(points), dark, 5)
 
 
@@ -184,7 +193,8 @@ def furniture(rng):
         def at(u, v, n):
             return (6.0 + u, KERB + v, -20.5 + lean * (0.25 - v * 0.22) + n)
         mesh.frame_box(at, -0.3, 0.3, 0.05, 1.0, -0.015, 0.015, wood)
-        mesh.frame_box(at, -0.25, 0.25, 0.2, 0.95, lean * 0.016 - 0.002, lean * 0.016 + 0.002, m.plain("slate", (0.02, 0.022, 0.02), 0.6))
+        mesh.frame_box(at, -0.25, 0.25, 0.2, 0.95, lean * 0.016 - 0.002, lean * 0.016 + 0.002,
+                       m.plain("slate", (0.02, 0.022, 0.02), 0.6))
     for z, h in ((-15, 9.2), (-15.2, 8.9), (-37, 9.8), (-37.2, 9.5), (-60, 9.4), (20, 9.0)):
         wire(mesh, (-FRONT, h, z), (FRONT, h - 0.7, z - 4), 0.55)
     return mesh
