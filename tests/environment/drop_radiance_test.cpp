@@ -306,7 +306,8 @@ TEST(DropRadiance, SurvivesExtremes)
 {
     const DropRadianceBaker baker;
     Panorama black{ImageF(64, 32, 3)};
-    for (const float value : baker.bake(black).radiance.values()) ASSERT_EQ(value, 0.0f);
+    const DropRadiance dark = baker.bake(black);
+    for (const float value : dark.radiance.values()) ASSERT_EQ(value, 0.0f);
     Panorama spark{ImageF(512, 256, 3)};
     spark.pixels.at(160, 80, 0) = 1e9f;
     const DropRadiance r = baker.bake(spark);
