@@ -5,7 +5,7 @@
 #   scripts/format.sh --check     changes nothing; fails and says where if something would change
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
-command -v clang-format >/dev/null || "$repo/scripts/setup.sh" clang-format
+"$repo/scripts/setup.sh" clang-format
 cd "$repo"
 flags=(-i)
 [[ ${1:-} == --check ]] && flags=(--dry-run --Werror)
