@@ -53,7 +53,8 @@ Matrix3 inverse(const Matrix3& m)
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j < 3; ++j)
             result[j][i] = (m[(i + 1) % 3][(j + 1) % 3] * m[(i + 2) % 3][(j + 2) % 3] -
-                            m[(i + 1) % 3][(j + 2) % 3] * m[(i + 2) % 3][(j + 1) % 3]) / determinant;
+                            m[(i + 1) % 3][(j + 2) % 3] * m[(i + 2) % 3][(j + 1) % 3]) /
+                           determinant;
     return result;
 }
 
@@ -179,7 +180,8 @@ Found find(const std::string& name)
         for (int i = 0; i < config->getNumColorSpaces(); ++i) names.emplace_back(config->getColorSpaceNameByIndex(i));
     for (const NamedSpace& space : ownColorspaces()) names.emplace_back(space.name);
     names.insert(names.end(), {"ACEScct", "ACEScc"});
-    throw Error(ErrorCode::InvalidArgument, "colour space '{}' is not known; there are {}", name, fmt::join(names, ", "));
+    throw Error(ErrorCode::InvalidArgument, "colour space '{}' is not known; there are {}", name,
+                fmt::join(names, ", "));
 }
 
 class IdentityTransform final : public ColorTransform {
@@ -260,10 +262,16 @@ const NamedSpace* findOwnColorspace(std::string_view name)
 {
     const std::string wanted = lowerCase(name);
     // Words that people type for the same things.
-    static const std::array<std::pair<const char*, const char*>, 8> synonyms = {{{"rec.709", "srgb"}, {"rec709", "srgb"},
-        {"linear", "linear rec.709"}, {"lin_rec709", "linear rec.709"}, {"scene_linear", "linear rec.709"},
-        {"data", "raw"}, {"lin_rec2020", "linear rec.2020"}, {"lin_srgb", "linear rec.709"}}};
-    const auto synonym = std::find_if(synonyms.begin(), synonyms.end(), [&](const auto& s) { return wanted == s.first; });
+    static const std::array<std::pair<const char*, const char*>, 8> synonyms = {{{"rec.709", "srgb"},
+                                                                                 {"rec709", "srgb"},
+                                                                                 {"linear", "linear rec.709"},
+                                                                                 {"lin_rec709", "linear rec.709"},
+                                                                                 {"scene_linear", "linear rec.709"},
+                                                                                 {"data", "raw"},
+                                                                                 {"lin_rec2020", "linear rec.2020"},
+                                                                                 {"lin_srgb", "linear rec.709"}}};
+    const auto synonym =
+        std::find_if(synonyms.begin(), synonyms.end(), [&](const auto& s) { return wanted == s.first; });
     for (const NamedSpace& space : ownColorspaces())
         if (lowerCase(space.name) == (synonym == synonyms.end() ? wanted : synonym->second)) return &space;
     return nullptr;
@@ -272,7 +280,8 @@ const NamedSpace* findOwnColorspace(std::string_view name)
 const NamedSpace* findOwnColorspace(Curve curve, std::string_view linearName)
 {
     for (const NamedSpace& space : ownColorspaces())
-        if (space.primaries != nullptr && space.curve == curve && linearName == space.primaries->linearName) return &space;
+        if (space.primaries != nullptr && space.curve == curve && linearName == space.primaries->linearName)
+            return &space;
     return nullptr;
 }
 
@@ -285,6 +294,13 @@ const Primaries* findPrimaries(const float chromaticities[8])
         if (near) return p;
     }
     return nullptr;
+}
+
+const Primaries* primariesOf(const std::string& colorspace)
+{
+    const NamedSpace* own = findOwnColorspace(colorspace);
+    const bool isUsers = userConfig() && userConfig()->getColorSpace(colorspace.c_str());
+    return own != nullptr && !isUsers ? own->primaries : nullptr;
 }
 
 std::string resolveColorspace(const std::string& name)

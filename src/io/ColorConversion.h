@@ -1,10 +1,11 @@
 // Named colour spaces, and the way from each to the working space: scene-linear light in the plate's own primaries.
 //
-// Display-referred video (transfer BT.709, 601, 2020 or not stated) is linearised with the sRGB curve, like a still with
-// the same codes. Of the three candidates the sRGB curve is the one that (a) has a finite slope at black both ways, so
-// that light added to a black pixel and 8- to 16-bit codes come back without being magnified, which a pure power of 2.4
-// does not; (b) is what artists see on their monitors, which the camera curve of BT.709 is not; (c) makes a movie and
-// the PNG frames taken from it the same picture. "Rec.709 BT.1886" and "Rec.709 camera" may be asked for by name.
+// Display-referred video (transfer BT.709, 601, 2020 or not stated) is linearised with the sRGB curve, like a still
+// with the same codes. Of the three candidates the sRGB curve is the one that (a) has a finite slope at black both
+// ways, so that light added to a black pixel and 8- to 16-bit codes come back without being magnified, which a pure
+// power of 2.4 does not; (b) is what artists see on their monitors, which the camera curve of BT.709 is not; (c) makes
+// a movie and the PNG frames taken from it the same picture. "Rec.709 BT.1886" and "Rec.709 camera" may be asked for by
+// name.
 //
 // Names are looked up in the configuration that $OCIO names, if it is set, then in ours.
 #pragma once
@@ -39,6 +40,9 @@ const NamedSpace* findOwnColorspace(std::string_view name);
 const NamedSpace* findOwnColorspace(Curve curve, std::string_view linearName);
 /// Primaries whose chromaticities are within 0.002 of these eight (red x, red y, ... white y), or null.
 const Primaries* findPrimaries(const float chromaticities[8]);
+
+/// Primaries of a space of ours; null for data and for spaces of $OCIO.
+const Primaries* primariesOf(const std::string& colorspace);
 
 /// The name as its configuration spells it. Throws Error(InvalidArgument) with the nearest names for an unknown one.
 std::string resolveColorspace(const std::string& name);

@@ -25,12 +25,12 @@ constexpr PowerCurve rec709Camera{1 / 0.45, bt709Alpha - 1, 4.5, 4.5 * bt709Beta
 constexpr PowerCurve powerCurve(Curve curve)
 {
     switch (curve) {
-    case Curve::Srgb: return srgb;
-    case Curve::Rec709Camera: return rec709Camera;
-    case Curve::Bt1886: return {2.4, 0, 1, 0};
-    case Curve::Gamma22: return {2.2, 0, 1, 0};
-    case Curve::Gamma26: return {2.6, 0, 1, 0};
-    default: return {2.8, 0, 1, 0};
+        case Curve::Srgb: return srgb;
+        case Curve::Rec709Camera: return rec709Camera;
+        case Curve::Bt1886: return {2.4, 0, 1, 0};
+        case Curve::Gamma22: return {2.2, 0, 1, 0};
+        case Curve::Gamma26: return {2.6, 0, 1, 0};
+        default: return {2.8, 0, 1, 0};
     }
 }
 
@@ -122,10 +122,7 @@ double pqEncode(double linear)
 constexpr double hlgA = 0.17883277, hlgB = 1 - 4 * hlgA;
 const double hlgC = 0.5 - hlgA * std::log(4 * hlgA);
 
-double hlgDecode(double code)
-{
-    return code <= 0.5 ? code * code / 3 : (std::exp((code - hlgC) / hlgA) + hlgB) / 12;
-}
+double hlgDecode(double code) { return code <= 0.5 ? code * code / 3 : (std::exp((code - hlgC) / hlgA) + hlgB) / 12; }
 
 double hlgEncode(double linear)
 {
@@ -153,14 +150,15 @@ double decodeCurveExact(Curve curve, double code) noexcept
 {
     const double size = std::fabs(code);
     switch (curve) {
-    case Curve::Linear: return code;
-    case Curve::Pq: return std::copysign(pqDecode(size), code);
-    case Curve::Hlg: return std::copysign(hlgDecode(size), code);
-    case Curve::Cineon: return cineonDecode(code);
-    default: {
-        const PowerCurve p = powerCurve(curve);
-        return std::copysign(size <= p.toe ? size / p.slope : std::pow((size + p.offset) / (1 + p.offset), p.power), code);
-    }
+        case Curve::Linear: return code;
+        case Curve::Pq: return std::copysign(pqDecode(size), code);
+        case Curve::Hlg: return std::copysign(hlgDecode(size), code);
+        case Curve::Cineon: return cineonDecode(code);
+        default: {
+            const PowerCurve p = powerCurve(curve);
+            return std::copysign(size <= p.toe ? size / p.slope : std::pow((size + p.offset) / (1 + p.offset), p.power),
+                                 code);
+        }
     }
 }
 
@@ -168,16 +166,16 @@ double encodeCurveExact(Curve curve, double linear) noexcept
 {
     const double size = std::fabs(linear);
     switch (curve) {
-    case Curve::Linear: return linear;
-    case Curve::Pq: return std::copysign(pqEncode(size), linear);
-    case Curve::Hlg: return std::copysign(hlgEncode(size), linear);
-    case Curve::Cineon: return cineonEncode(linear);
-    default: {
-        const PowerCurve p = powerCurve(curve);
-        const double code =
-            size <= p.toe / p.slope ? size * p.slope : std::pow(size, 1 / p.power) * (1 + p.offset) - p.offset;
-        return std::copysign(code, linear);
-    }
+        case Curve::Linear: return linear;
+        case Curve::Pq: return std::copysign(pqEncode(size), linear);
+        case Curve::Hlg: return std::copysign(hlgEncode(size), linear);
+        case Curve::Cineon: return cineonEncode(linear);
+        default: {
+            const PowerCurve p = powerCurve(curve);
+            const double code =
+                size <= p.toe / p.slope ? size * p.slope : std::pow(size, 1 / p.power) * (1 + p.offset) - p.offset;
+            return std::copysign(code, linear);
+        }
     }
 }
 

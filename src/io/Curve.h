@@ -15,9 +15,9 @@ enum class Curve {
     Gamma22,
     Gamma26,  ///< SMPTE RP 431-2, digital cinema
     Gamma28,
-    Pq,   ///< SMPTE ST 2084; linear 1 = 100 cd/m2
+    Pq,      ///< SMPTE ST 2084; linear 1 = 100 cd/m2
     Cineon,  ///< Kodak printing density, 10 bit: black 95, white 685, 0.002 a code, density 0.6 a decade; not mirrored
-    Hlg,  ///< ITU-R BT.2100, inverse of the camera curve; linear 1 = code 1
+    Hlg,     ///< ITU-R BT.2100, inverse of the camera curve; linear 1 = code 1
 };
 
 /// Code values -> linear light, in place. Within 1e-6 of the formula for codes 0..1; NaN stays NaN.

@@ -31,7 +31,9 @@ std::size_t runLength(const std::string& text, std::size_t at)
 /// The placeholder that begins at `at`: its length and the digits that it asks for.
 std::optional<std::pair<std::size_t, int>> placeholderAt(const std::string& text, std::size_t at)
 {
-    const auto isDigit = [&](std::size_t i) { return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i])); };
+    const auto isDigit = [&](std::size_t i) {
+        return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i]));
+    };
     if (text[at] == '#' || text[at] == '@') {
         const std::size_t length = runLength(text, at);
         return std::pair{length, int(length)};
@@ -96,10 +98,13 @@ std::vector<FrameNumber> findFrames(const std::string& pattern)
     const std::string before = fs::path(parts->before).filename().string();
     std::vector<FrameNumber> frames;
     fs::directory_iterator entries(folder, error);
-    if (error) throw Error(ErrorCode::Input, "{}: the folder {} cannot be read: {}", pattern, folder.string(), error.message());
+    if (error)
+        throw Error(ErrorCode::Input, "{}: the folder {} cannot be read: {}", pattern, folder.string(),
+                    error.message());
     for (const auto& entry : entries) {
         const std::string name = entry.path().filename().string();
-        if (name.size() <= before.size() + parts->after.size() || !name.starts_with(before) || !name.ends_with(parts->after))
+        if (name.size() <= before.size() + parts->after.size() || !name.starts_with(before) ||
+            !name.ends_with(parts->after))
             continue;
         const std::string digits = name.substr(before.size(), name.size() - before.size() - parts->after.size());
         FrameNumber number = 0;

@@ -19,8 +19,8 @@ struct Attribute {
 };
 
 struct FrameExtras {
-    std::string fileFormat;              ///< "openexr", "png"; empty for movies
-    std::vector<Attribute> attributes;   ///< of image files
+    std::string fileFormat;             ///< "openexr", "png"; empty for movies
+    std::vector<Attribute> attributes;  ///< of image files
 };
 
 struct Rational {
@@ -39,14 +39,14 @@ struct MovieOrigin {
     int streamIndex = 0;
     Rational timeBase, frameRate, pixelAspect;
     bool isVariableRate = false;
-    FrameNumber firstFrame = 0;     ///< number of times[0]
-    std::vector<FrameTime> times;   ///< in order of showing
+    FrameNumber firstFrame = 0;       ///< number of times[0]
+    std::vector<FrameTime> times;     ///< in order of showing
     std::int64_t containerStart = 0;  ///< where the earliest of its streams begins, at least 0
-    bool keepsTime = true;          ///< false if the user set another rate: the file's own times do not hold
+    bool keepsTime = true;            ///< false if the user set another rate: the file's own times do not hold
     int codecId = 0, profile = 0, pixelFormat = 0;
     int range = 0, primaries = 0, transfer = 0, matrix = 0, chromaLocation = 0;  ///< as tagged
-    bool isTurned = false;          ///< rows became columns by the display matrix
-    std::string timecode;           ///< of frame `firstFrame`, "01:00:00:00"; empty if there is none
+    bool isTurned = false;  ///< rows became columns by the display matrix
+    std::string timecode;   ///< of frame `firstFrame`, "01:00:00:00"; empty if there is none
 };
 
 /// Loads one frame. Frames may be asked for in any order; ascending is fastest.

@@ -32,7 +32,8 @@ std::string extensionOf(const std::string& path)
 {
     std::string extension = fs::path(path).extension().string();
     if (!extension.empty()) extension.erase(0, 1);
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
     return extension;
 }
 
@@ -43,8 +44,8 @@ const std::map<std::string, std::string>& formatsByExtension()
         std::map<std::string, std::string> result;
         for (const auto& [format, extensions] : OIIO::get_extension_map()) {
             // Movies are read through FFmpeg; "null" makes up pictures; "term" draws on the terminal.
-            if (format == "ffmpeg" || format == "null" || format == "term" || format == "openvdb" || format == "field3d" ||
-                format == "ptex")
+            if (format == "ffmpeg" || format == "null" || format == "term" || format == "openvdb" ||
+                format == "field3d" || format == "ptex")
                 continue;
             for (const std::string& extension : extensions) result.emplace(extension, format);
         }
@@ -84,7 +85,7 @@ bool isOfTheFile(const std::string& name)
 {
     static const char* const prefixes[] = {"oiio:", "openexr:", "png:", "tiff:", "jpeg:", "webp:"};
     static const char* const names[] = {"compression", "CompressionQuality", "PixelAspectRatio", "FramesPerSecond",
-                                        "chunkCount", "textureformat", "planarconfig", "ResolutionUnit"};
+                                        "chunkCount",  "textureformat",      "planarconfig",     "ResolutionUnit"};
     return std::any_of(std::begin(prefixes), std::end(prefixes), [&](const char* p) { return name.starts_with(p); }) ||
            std::any_of(std::begin(names), std::end(names), [&](const char* n) { return name == n; });
 }
@@ -127,7 +128,8 @@ std::unique_ptr<ImageInput> open(const std::string& path)
     request.attribute("oiio:UnassociatedAlpha", 1);
     auto input = ImageInput::open(path, &request);
     if (!input) throw Error(ErrorCode::Input, "{}: is not an image that can be read ({})", path, OIIO::geterror());
-    if (input->spec().deep) throw Error(ErrorCode::Input, "{}: is a deep image, which cannot be read; flatten it first", path);
+    if (input->spec().deep)
+        throw Error(ErrorCode::Input, "{}: is a deep image, which cannot be read; flatten it first", path);
     return input;
 }
 
@@ -175,7 +177,8 @@ ImageF readChannels(ImageInput& input, const ImageHeader& header, const std::str
         throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", path, input.geterror());
 
     ImageF image(header.width, header.height, count);
-    const int left = std::max(0, spec.x - spec.full_x), right = std::min(header.width, spec.x - spec.full_x + spec.width);
+    const int left = std::max(0, spec.x - spec.full_x),
+              right = std::min(header.width, spec.x - spec.full_x + spec.width);
     if (left >= right) return image;
     const auto convertRow = [&](const auto* from, float* to) {
         for (int i = 0; i < (right - left) * count; ++i) to[i] = float(from[i]);
@@ -185,23 +188,26 @@ ImageF readChannels(ImageInput& input, const ImageHeader& header, const std::str
             const std::ptrdiff_t dataY = y + spec.full_y - spec.y;
             if (dataY < 0 || dataY >= spec.height) continue;
             const std::size_t start =
-                (std::size_t(dataY) * std::size_t(spec.width) + std::size_t(left + spec.full_x - spec.x)) * std::size_t(count);
+                (std::size_t(dataY) * std::size_t(spec.width) + std::size_t(left + spec.full_x - spec.x)) *
+                std::size_t(count);
             const std::byte* from = raw.data() + start * type.size();
             float* to = image.pixel(left, int(y));
             switch (type.basetype) {
-            case TypeDesc::FLOAT: std::memcpy(to, from, std::size_t(right - left) * std::size_t(count) * sizeof(float)); break;
-            case TypeDesc::HALF: {
-                const auto* bits = reinterpret_cast<const std::uint16_t*>(from);
-                for (int i = 0; i < (right - left) * count; ++i) to[i] = imath_half_to_float(bits[i]);
-                break;
-            }
-            case TypeDesc::UINT8: convertRow(reinterpret_cast<const std::uint8_t*>(from), to); break;
-            case TypeDesc::INT8: convertRow(reinterpret_cast<const std::int8_t*>(from), to); break;
-            case TypeDesc::UINT16: convertRow(reinterpret_cast<const std::uint16_t*>(from), to); break;
-            case TypeDesc::INT16: convertRow(reinterpret_cast<const std::int16_t*>(from), to); break;
-            case TypeDesc::UINT32: convertRow(reinterpret_cast<const std::uint32_t*>(from), to); break;
-            case TypeDesc::INT32: convertRow(reinterpret_cast<const std::int32_t*>(from), to); break;
-            default: throw Error(ErrorCode::Input, "{}: its {} samples are not supported", path, type.c_str());
+                case TypeDesc::FLOAT:
+                    std::memcpy(to, from, std::size_t(right - left) * std::size_t(count) * sizeof(float));
+                    break;
+                case TypeDesc::HALF: {
+                    const auto* bits = reinterpret_cast<const std::uint16_t*>(from);
+                    for (int i = 0; i < (right - left) * count; ++i) to[i] = imath_half_to_float(bits[i]);
+                    break;
+                }
+                case TypeDesc::UINT8: convertRow(reinterpret_cast<const std::uint8_t*>(from), to); break;
+                case TypeDesc::INT8: convertRow(reinterpret_cast<const std::int8_t*>(from), to); break;
+                case TypeDesc::UINT16: convertRow(reinterpret_cast<const std::uint16_t*>(from), to); break;
+                case TypeDesc::INT16: convertRow(reinterpret_cast<const std::int16_t*>(from), to); break;
+                case TypeDesc::UINT32: convertRow(reinterpret_cast<const std::uint32_t*>(from), to); break;
+                case TypeDesc::INT32: convertRow(reinterpret_cast<const std::int32_t*>(from), to); break;
+                default: throw Error(ErrorCode::Input, "{}: its {} samples are not supported", path, type.c_str());
             }
         }
     });
@@ -261,7 +267,8 @@ ImageF readCodedRgba(const std::string& path, ImageHeader& header)
     const int first = std::min({c.red, c.green, c.blue, c.alpha >= 0 ? c.alpha : c.red});
     const int last = std::max({c.red, c.green, c.blue, c.alpha}) + 1;
     ImageF read = readChannels(*input, header, path, first, last, true);
-    if (last - first == 4 && c.red == first && c.green == first + 1 && c.blue == first + 2 && c.alpha == first + 3) return read;
+    if (last - first == 4 && c.red == first && c.green == first + 1 && c.blue == first + 2 && c.alpha == first + 3)
+        return read;
 
     ImageF rgba(header.width, header.height, 4);
     parallelFor(0, header.height, rowsPerPiece, [&](std::ptrdiff_t top, std::ptrdiff_t bottom) {
@@ -340,9 +347,11 @@ std::string imageFormatOf(const std::string& path)
     const auto found = formatsByExtension().find(extensionOf(path));
     if (found == formatsByExtension().end() || !ImageOutput::create(found->second)) {
         OIIO::geterror();  // said better here
-        throw Error(ErrorCode::Output, "{}: '.{}' is no format that can be written; there are {} for images and .mp4, .mov, .mkv, .webm, .avi for "
-                    "movies", path,
-                    extensionOf(path), listOfFormats());
+        throw Error(
+            ErrorCode::Output,
+            "{}: '.{}' is no format that can be written; there are {} for images and .mp4, .mov, .mkv, .webm, .avi for "
+            "movies",
+            path, extensionOf(path), listOfFormats());
     }
     return found->second;
 }
@@ -378,7 +387,8 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
         pixelBytes += type.size();
     }
     spec.format = spec.channelformats.front();
-    if (std::all_of(spec.channelformats.begin(), spec.channelformats.end(), [&](TypeDesc t) { return t == spec.format; }))
+    if (std::all_of(spec.channelformats.begin(), spec.channelformats.end(),
+                    [&](TypeDesc t) { return t == spec.format; }))
         spec.channelformats.clear();
 
     for (const Attribute& attribute : image.attributes) setAttribute(spec, attribute);
@@ -391,8 +401,12 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
         const bool isNtsc = std::fabs(image.fps * 1.001 - std::round(image.fps * 1.001)) < 1e-4 &&
                             std::fabs(image.fps - std::round(image.fps)) > 1e-4;
         const bool isWhole = std::fabs(image.fps - std::round(image.fps)) < 1e-6;
-        const int fraction[2] = {int(std::lround(isNtsc ? std::round(image.fps * 1.001) * 1000 : isWhole ? image.fps : image.fps * 1000)),
-                                 isNtsc ? 1001 : isWhole ? 1 : 1000};
+        const int fraction[2] = {int(std::lround(isNtsc    ? std::round(image.fps * 1.001) * 1000
+                                                 : isWhole ? image.fps
+                                                           : image.fps * 1000)),
+                                 isNtsc    ? 1001
+                                 : isWhole ? 1
+                                           : 1000};
         spec.attribute("FramesPerSecond", OIIO::TypeRational, fraction);
     }
 
@@ -427,7 +441,8 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
                             *to = std::byte(whole);
                         } else {
                             // Fewer bits are repeated downwards, so that the format's own narrowing gives them back.
-                            const auto wide = std::uint16_t(bits < 16 ? (whole << (16 - bits)) | (whole >> (2 * bits - 16)) : whole);
+                            const auto wide =
+                                std::uint16_t(bits < 16 ? (whole << (16 - bits)) | (whole >> (2 * bits - 16)) : whole);
                             std::memcpy(to, &wide, sizeof wide);
                         }
                     }
@@ -441,7 +456,8 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
     if (!output->open(file.temporaryPath(), spec))
         throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, output->geterror());
     const bool isWritten = output->write_image(TypeDesc::UNKNOWN, raw.data());
-    if (!output->close() || !isWritten) throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, output->geterror());
+    if (!output->close() || !isWritten)
+        throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, output->geterror());
     file.commit();
     return tooLarge;
 }

@@ -12,16 +12,16 @@ namespace virga::io {
 
 /// What the header of an image file says.
 struct ImageHeader {
-    std::string format;  ///< OpenImageIO's name: "openexr", "png"
-    int width = 0, height = 0;   ///< of the display window
+    std::string format;         ///< OpenImageIO's name: "openexr", "png"
+    int width = 0, height = 0;  ///< of the display window
     std::vector<std::string> channelNames;
     int bitDepth = 8;
-    bool isFloat = false;        ///< half or float
-    bool isStraight = false;     ///< colours are not multiplied by alpha
+    bool isFloat = false;     ///< half or float
+    bool isStraight = false;  ///< colours are not multiplied by alpha
     bool hasAlpha = false;
     double pixelAspect = 1;
-    double fps = 0;              ///< 0: it does not say
-    std::string colorspace;      ///< one of our names, from what the file says or is
+    double fps = 0;          ///< 0: it does not say
+    std::string colorspace;  ///< one of our names, from what the file says or is
     std::string colorspaceSource;
     std::vector<Attribute> attributes;
 };
@@ -32,9 +32,9 @@ bool isImageName(const std::string& path);
 /// Throws Error(Input) naming the file.
 ImageHeader readImageHeader(const std::string& path);
 
-/// All channels in the order of the file, placed in the display window; 0 where the data window does not reach, and what
-/// lies outside the display window (overscan) is left out. Half and float are as in the file, bit for bit. Integers are
-/// 0..1 if `normalize`, else as they are. Throws Error(Input) naming the file.
+/// All channels in the order of the file, placed in the display window; 0 where the data window does not reach, and
+/// what lies outside the display window (overscan) is left out. Half and float are as in the file, bit for bit.
+/// Integers are 0..1 if `normalize`, else as they are. Throws Error(Input) naming the file.
 ImageF readAllChannels(const std::string& path, ImageHeader& header, bool normalize);
 
 /// R G B A as the file holds them, not converted: grey is repeated, alpha is 1 where there is none.
@@ -43,7 +43,8 @@ ImageF readCodedRgba(const std::string& path, ImageHeader& header);
 /// Straight or premultiplied code values -> premultiplied linear, in place. Does nothing at all to premultiplied pixels
 /// if the transform is the identity.
 void codesToLinear(ImageF& rgba, const ColorTransform& toLinear, bool isStraight, bool hasAlpha);
-/// Premultiplied linear -> premultiplied or straight code values, in place. 3 channels, or 4 of which the last is alpha.
+/// Premultiplied linear -> premultiplied or straight code values, in place. 3 channels, or 4 of which the last is
+/// alpha.
 void linearToCodes(ImageView<float> pixels, const ColorTransform& toCodes, bool isStraight);
 
 enum class SampleType { UInt8, UInt16, Half, Float };
@@ -57,11 +58,11 @@ struct ImageToWrite {
         int index;
     };
     std::vector<Channel> channels;
-    int bits = 0;                ///< of integers that use less than their type holds (10-bit DPX); 0: all
+    int bits = 0;  ///< of integers that use less than their type holds (10-bit DPX); 0: all
     bool isStraight = false;
-    std::string compression;     ///< OpenImageIO's words, "zip", "jpeg:95"; empty: the format's own
+    std::string compression;  ///< OpenImageIO's words, "zip", "jpeg:95"; empty: the format's own
     double pixelAspect = 1;
-    double fps = 0;              ///< 0: not written
+    double fps = 0;  ///< 0: not written
     std::vector<Attribute> attributes;
 };
 

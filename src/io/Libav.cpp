@@ -5,19 +5,20 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/log.h>
 #include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 }
 
 #include <algorithm>
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <cstring>
 #include <mutex>
 #include <new>
 #include <string_view>
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "core/Parallel.h"
 #include "io/ColorConversion.h"
 
 namespace virga::io::libav {
@@ -31,7 +32,6 @@ void CloseOutput::operator()(AVFormatContext* context) const noexcept
 void FreeCodec::operator()(AVCodecContext* context) const noexcept { avcodec_free_context(&context); }
 void FreeFrame::operator()(AVFrame* frame) const noexcept { av_frame_free(&frame); }
 void FreePacket::operator()(AVPacket* packet) const noexcept { av_packet_free(&packet); }
-void FreeScaler::operator()(SwsContext* scaler) const noexcept { sws_freeContext(scaler); }
 
 Frame makeFrame()
 {
@@ -73,70 +73,65 @@ void routeMessages()
     });
 }
 
-std::optional<PlanarFormat> planarFormat(int pixelFormat)
+std::optional<PlanarFormat> samplesOf(int pixelFormat)
 {
     const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(AVPixelFormat(pixelFormat));
-    if (d == nullptr || (d->flags & (AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_BITSTREAM | AV_PIX_FMT_FLAG_HWACCEL |
-                                     AV_PIX_FMT_FLAG_FLOAT | AV_PIX_FMT_FLAG_BAYER)) != 0)
+    if (d == nullptr ||
+        (d->flags &
+         (AV_PIX_FMT_FLAG_BITSTREAM | AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_FLOAT | AV_PIX_FMT_FLAG_BAYER)) != 0 ||
+        std::string_view(d->name).starts_with("xyz"))
         return std::nullopt;
+    const bool isPalette = (d->flags & AV_PIX_FMT_FLAG_PAL) != 0;
     PlanarFormat format;
-    format.bits = d->comp[0].depth;
-    format.hasAlpha = (d->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
-    const bool isGrey = d->nb_components - (format.hasAlpha ? 1 : 0) == 1;
-    if (format.bits < 8 || format.bits > 16 || (format.bits > 8 && (d->flags & AV_PIX_FMT_FLAG_BE) != 0)) return std::nullopt;
-    if (!isGrey && (d->flags & AV_PIX_FMT_FLAG_PLANAR) == 0) return std::nullopt;
-    for (int c = 0; c < d->nb_components; ++c)
-        if (d->comp[c].step != format.bytesPerSample() || d->comp[c].shift != 0 || d->comp[c].offset != 0 ||
-            d->comp[c].depth != format.bits)
-            return std::nullopt;
-    format.family = isGrey ? PlanarFormat::Family::Grey
-                           : (d->flags & AV_PIX_FMT_FLAG_RGB) != 0 ? PlanarFormat::Family::Rgb : PlanarFormat::Family::Yuv;
-    if (format.family == PlanarFormat::Family::Yuv) {
+    format.hasAlpha = isPalette || (d->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
+    for (int c = 0; c < d->nb_components; ++c) format.bits = std::max(format.bits, d->comp[c].depth);
+    if (format.bits > 16) return std::nullopt;
+    if (isPalette || (d->flags & AV_PIX_FMT_FLAG_RGB) != 0) {
+        format.family = PlanarFormat::Family::Rgb;
+    } else if (d->nb_components - (format.hasAlpha ? 1 : 0) == 1) {
+        format.family = PlanarFormat::Family::Grey;
+    } else {
         format.chromaShiftX = d->log2_chroma_w;
         format.chromaShiftY = d->log2_chroma_h;
     }
     return format;
 }
 
+bool isPlanar(int pixelFormat)
+{
+    const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(AVPixelFormat(pixelFormat));
+    const auto format = samplesOf(pixelFormat);
+    if (!format || (d->flags & AV_PIX_FMT_FLAG_PAL) != 0 || (format->bits > 8 && (d->flags & AV_PIX_FMT_FLAG_BE) != 0))
+        return false;
+    // In FFmpeg's descriptions red, green and blue are components 0, 1 and 2; in its planes green comes first.
+    static constexpr int rgbPlanes[] = {2, 0, 1, 3};
+    for (int c = 0; c < d->nb_components; ++c) {
+        const AVComponentDescriptor& component = d->comp[c];
+        const int plane = format->family == PlanarFormat::Family::Rgb ? rgbPlanes[c] : c;
+        if (component.plane != plane || component.step != format->bytesPerSample() || component.offset != 0 ||
+            component.shift != 0 || component.depth != format->bits)
+            return false;
+    }
+    return true;
+}
+
 int pixelFormatOf(const PlanarFormat& format)
 {
     for (const AVPixFmtDescriptor* d = av_pix_fmt_desc_next(nullptr); d != nullptr; d = av_pix_fmt_desc_next(d)) {
         const AVPixelFormat candidate = av_pix_fmt_desc_get_id(d);
-        if (!isFullRangeName(candidate) && planarFormat(candidate) == format) return candidate;
+        if (!isFullRangeName(candidate) && isPlanar(candidate) && samplesOf(candidate) == format) return candidate;
     }
     return AV_PIX_FMT_NONE;
 }
 
-int planarEquivalent(int pixelFormat)
-{
-    if (planarFormat(pixelFormat)) return pixelFormat;
-    const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(AVPixelFormat(pixelFormat));
-    if (d == nullptr || (d->flags & (AV_PIX_FMT_FLAG_HWACCEL | AV_PIX_FMT_FLAG_FLOAT | AV_PIX_FMT_FLAG_BAYER)) != 0 ||
-        std::string_view(d->name).starts_with("xyz") || sws_isSupportedInput(AVPixelFormat(pixelFormat)) == 0)
-        return AV_PIX_FMT_NONE;
-    PlanarFormat format;
-    format.hasAlpha = (d->flags & AV_PIX_FMT_FLAG_ALPHA) != 0 || pixelFormat == AV_PIX_FMT_PAL8;
-    for (int c = 0; c < d->nb_components; ++c) format.bits = std::max(format.bits, d->comp[c].depth);
-    const bool isRgb = (d->flags & (AV_PIX_FMT_FLAG_RGB | AV_PIX_FMT_FLAG_PAL)) != 0;
-    const bool isGrey = !isRgb && d->nb_components - (format.hasAlpha ? 1 : 0) == 1;
-    // Grey with alpha has no planar form; black and white bits have theirs in 8-bit grey.
-    format.family = isRgb || (isGrey && format.hasAlpha) ? PlanarFormat::Family::Rgb
-                    : isGrey                             ? PlanarFormat::Family::Grey
-                                                         : PlanarFormat::Family::Yuv;
-    if (format.family == PlanarFormat::Family::Yuv) {
-        format.chromaShiftX = d->log2_chroma_w;
-        format.chromaShiftY = d->log2_chroma_h;
-    }
-    if (format.family == PlanarFormat::Family::Rgb && format.hasAlpha && format.bits > 8) format.bits = 16;
-    return pixelFormatOf(format);
-}
-
 namespace {
 
-constexpr std::array<std::pair<AVPixelFormat, AVPixelFormat>, 5> fullRangeNames = {{
-    {AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV420P}, {AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUV422P},
-    {AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUV444P}, {AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUV440P},
-    {AV_PIX_FMT_YUVJ411P, AV_PIX_FMT_YUV411P}}};
+constexpr std::array<std::pair<AVPixelFormat, AVPixelFormat>, 5> fullRangeNames = {
+    {{AV_PIX_FMT_YUVJ420P, AV_PIX_FMT_YUV420P},
+     {AV_PIX_FMT_YUVJ422P, AV_PIX_FMT_YUV422P},
+     {AV_PIX_FMT_YUVJ444P, AV_PIX_FMT_YUV444P},
+     {AV_PIX_FMT_YUVJ440P, AV_PIX_FMT_YUV440P},
+     {AV_PIX_FMT_YUVJ411P, AV_PIX_FMT_YUV411P}}};
 
 }  // namespace
 
@@ -147,6 +142,121 @@ int withoutRangeName(int pixelFormat)
     for (const auto& [old, plain] : fullRangeNames)
         if (old == pixelFormat) return plain;
     return pixelFormat;
+}
+
+PlanarBuffer::PlanarBuffer(const PlanarFormat& format, int width, int height)
+    : format_(format), width_(width), height_(height)
+{
+    const PlanarPicture sizes = picture();
+    for (std::size_t p = 0; p < std::size_t(format.planes()); ++p) {
+        const bool isChroma = format.family == PlanarFormat::Family::Yuv && (p == 1 || p == 2);
+        planes_[p].resize(std::size_t(sizes.strides[p]) *
+                          std::size_t(isChroma ? AV_CEIL_RSHIFT(height, format.chromaShiftY) : height));
+    }
+}
+
+PlanarPicture PlanarBuffer::picture()
+{
+    PlanarPicture result;
+    result.width = width_;
+    result.height = height_;
+    for (std::size_t p = 0; p < std::size_t(format_.planes()); ++p) {
+        const bool isChroma = format_.family == PlanarFormat::Family::Yuv && (p == 1 || p == 2);
+        result.planes[p] = planes_[p].data();
+        result.strides[p] =
+            (isChroma ? AV_CEIL_RSHIFT(width_, format_.chromaShiftX) : width_) * format_.bytesPerSample();
+    }
+    return result;
+}
+
+ConstPlanarPicture asConst(const PlanarPicture& picture)
+{
+    ConstPlanarPicture result;
+    result.width = picture.width;
+    result.height = picture.height;
+    result.strides = picture.strides;
+    std::copy(picture.planes.begin(), picture.planes.end(), result.planes.begin());
+    return result;
+}
+
+PlanarPicture planesOf(const AVFrame& frame)
+{
+    PlanarPicture picture;
+    picture.width = frame.width;
+    picture.height = frame.height;
+    for (std::size_t i = 0; i < 4; ++i) {
+        picture.planes[i] = frame.data[i];
+        picture.strides[i] = frame.linesize[i];
+    }
+    return picture;
+}
+
+namespace {
+
+/// Calls visit(component, plane, row, width) for all rows of all components of the format.
+template <class Visit>
+void forEachRow(const PlanarFormat& format, int width, int height, const Visit& visit)
+{
+    using Family = PlanarFormat::Family;
+    static constexpr int rgbPlanes[] = {2, 0, 1, 3};
+    for (int component = 0; component < format.planes(); ++component) {
+        const bool isChroma = format.family == Family::Yuv && (component == 1 || component == 2);
+        const int plane = format.family == Family::Rgb ? rgbPlanes[component] : component;
+        const int rows = isChroma ? AV_CEIL_RSHIFT(height, format.chromaShiftY) : height;
+        const int columns = isChroma ? AV_CEIL_RSHIFT(width, format.chromaShiftX) : width;
+        parallelFor(0, rows, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            std::vector<std::uint16_t> line(static_cast<std::size_t>(columns));
+            for (std::ptrdiff_t y = first; y < last; ++y) visit(component, std::size_t(plane), int(y), line);
+        });
+    }
+}
+
+void rescale(std::vector<std::uint16_t>& line, int fromBits, int toBits)
+{
+    if (fromBits == toBits) return;
+    const unsigned from = (1u << fromBits) - 1, to = (1u << toBits) - 1;
+    for (std::uint16_t& value : line) value = std::uint16_t((value * to + from / 2) / from);
+}
+
+}  // namespace
+
+void unpack(const AVFrame& frame, const PlanarFormat& format, const PlanarPicture& planes)
+{
+    const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(AVPixelFormat(frame.format));
+    const bool isPalette = (d->flags & AV_PIX_FMT_FLAG_PAL) != 0;
+    static constexpr int paletteBytes[] = {2, 1, 0, 3};  // 0xAARRGGBB words, lowest byte first
+    const std::uint8_t* data[4] = {frame.data[0], frame.data[1], frame.data[2], frame.data[3]};
+    forEachRow(format, frame.width, frame.height,
+               [&](int component, std::size_t plane, int y, std::vector<std::uint16_t>& line) {
+                   av_read_image_line2(line.data(), data, frame.linesize, d, 0, y,
+                                       isPalette ? paletteBytes[component] : component, int(line.size()),
+                                       isPalette ? 1 : 0, 2);
+                   rescale(line, isPalette ? 8 : d->comp[component].depth, format.bits);
+                   std::uint8_t* row = planes.planes[plane] + y * planes.strides[plane];
+                   if (format.bits > 8)
+                       std::memcpy(row, line.data(), 2 * line.size());
+                   else
+                       std::copy(line.begin(), line.end(), row);
+               });
+}
+
+void pack(const ConstPlanarPicture& planes, const PlanarFormat& format, AVFrame& frame)
+{
+    const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(AVPixelFormat(frame.format));
+    // Components that share bytes are written one after the other over zeros; padding stays zero.
+    for (int p = 0; p < 4 && frame.buf[p] != nullptr; ++p)
+        std::memset(frame.buf[p]->data, 0, std::size_t(frame.buf[p]->size));
+    forEachRow(format, frame.width, frame.height,
+               [&](int component, std::size_t plane, int y, std::vector<std::uint16_t>& line) {
+                   const std::uint8_t* row = planes.planes[plane] + y * planes.strides[plane];
+                   if (format.bits > 8)
+                       std::memcpy(line.data(), row, 2 * line.size());
+                   else
+                       std::copy_n(row, line.size(), line.begin());
+                   rescale(line, format.bits, d->comp[component].depth);
+                   av_write_image_line2(line.data(), frame.data, frame.linesize, d, 0, y, component, int(line.size()),
+                                        2);
+               });
 }
 
 const char* pixelFormatName(int pixelFormat)
@@ -166,17 +276,18 @@ YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path)
 {
     // ITU-T H.273, table 4.
     switch (matrix) {
-    case AVCOL_SPC_RGB:  // for planes that hold R'G'B' the weights are not used
-    case AVCOL_SPC_BT709: return {0.2126, 0.0722, fullRange};
-    case AVCOL_SPC_FCC: return {0.30, 0.11, fullRange};
-    case AVCOL_SPC_BT470BG:
-    case AVCOL_SPC_SMPTE170M: return {0.299, 0.114, fullRange};
-    case AVCOL_SPC_SMPTE240M: return {0.212, 0.087, fullRange};
-    case AVCOL_SPC_BT2020_NCL: return {0.2627, 0.0593, fullRange};
-    default: {
-        const char* name = av_color_space_name(AVColorSpace(matrix));
-        throw Error(ErrorCode::Input, "{}: its colour matrix {} is not supported", path, name != nullptr ? name : "unknown");
-    }
+        case AVCOL_SPC_RGB:  // for planes that hold R'G'B' the weights are not used
+        case AVCOL_SPC_BT709: return {0.2126, 0.0722, fullRange};
+        case AVCOL_SPC_FCC: return {0.30, 0.11, fullRange};
+        case AVCOL_SPC_BT470BG:
+        case AVCOL_SPC_SMPTE170M: return {0.299, 0.114, fullRange};
+        case AVCOL_SPC_SMPTE240M: return {0.212, 0.087, fullRange};
+        case AVCOL_SPC_BT2020_NCL: return {0.2627, 0.0593, fullRange};
+        default: {
+            const char* name = av_color_space_name(AVColorSpace(matrix));
+            throw Error(ErrorCode::Input, "{}: its colour matrix {} is not supported", path,
+                        name != nullptr ? name : "unknown");
+        }
     }
 }
 
@@ -184,23 +295,23 @@ std::string colorspaceOf(int transfer, int primaries)
 {
     const auto curve = [&] {
         switch (transfer) {
-        case AVCOL_TRC_LINEAR: return Curve::Linear;
-        case AVCOL_TRC_GAMMA22: return Curve::Gamma22;
-        case AVCOL_TRC_GAMMA28: return Curve::Gamma28;
-        case AVCOL_TRC_SMPTE2084: return Curve::Pq;
-        case AVCOL_TRC_ARIB_STD_B67: return Curve::Hlg;
-        case AVCOL_TRC_SMPTE428: return Curve::Gamma26;
-        default: return Curve::Srgb;
+            case AVCOL_TRC_LINEAR: return Curve::Linear;
+            case AVCOL_TRC_GAMMA22: return Curve::Gamma22;
+            case AVCOL_TRC_GAMMA28: return Curve::Gamma28;
+            case AVCOL_TRC_SMPTE2084: return Curve::Pq;
+            case AVCOL_TRC_ARIB_STD_B67: return Curve::Hlg;
+            case AVCOL_TRC_SMPTE428: return Curve::Gamma26;
+            default: return Curve::Srgb;
         }
     }();
     const char* linear = [&] {
         switch (primaries) {
-        case AVCOL_PRI_SMPTE170M:
-        case AVCOL_PRI_SMPTE240M: return "Linear Rec.601 525";
-        case AVCOL_PRI_BT470BG: return "Linear Rec.601 625";
-        case AVCOL_PRI_BT2020: return "Linear Rec.2020";
-        case AVCOL_PRI_SMPTE432: return "Linear P3-D65";
-        default: return "Linear Rec.709";
+            case AVCOL_PRI_SMPTE170M:
+            case AVCOL_PRI_SMPTE240M: return "Linear Rec.601 525";
+            case AVCOL_PRI_BT470BG: return "Linear Rec.601 625";
+            case AVCOL_PRI_BT2020: return "Linear Rec.2020";
+            case AVCOL_PRI_SMPTE432: return "Linear P3-D65";
+            default: return "Linear Rec.709";
         }
     }();
     if (const NamedSpace* space = findOwnColorspace(curve, linear)) return space->name;
@@ -223,21 +334,21 @@ ColorTags tagsOf(const std::string& colorspace)
     if (linear == "Linear Rec.2020") tags = {tags.transfer, AVCOL_PRI_BT2020, AVCOL_SPC_BT2020_NCL};
     if (linear == "Linear P3-D65") tags.primaries = AVCOL_PRI_SMPTE432;
     switch (space->curve) {
-    case Curve::Linear: tags.transfer = AVCOL_TRC_LINEAR; break;
-    // Players show the tag "sRGB" and "BT.709" alike or the first one worse; editors know the second one better.
-    case Curve::Srgb:
-    case Curve::Rec709Camera:
-    case Curve::Bt1886:
-        tags.transfer = tags.primaries == AVCOL_PRI_BT2020      ? AVCOL_TRC_BT2020_10
-                        : tags.matrix == AVCOL_SPC_SMPTE170M ? AVCOL_TRC_SMPTE170M
-                                                                : AVCOL_TRC_BT709;
-        break;
-    case Curve::Gamma22: tags.transfer = AVCOL_TRC_GAMMA22; break;
-    case Curve::Gamma26: tags.transfer = AVCOL_TRC_SMPTE428; break;
-    case Curve::Gamma28: tags.transfer = AVCOL_TRC_GAMMA28; break;
-    case Curve::Pq: tags.transfer = AVCOL_TRC_SMPTE2084; break;
-    case Curve::Cineon: break;
-    case Curve::Hlg: tags.transfer = AVCOL_TRC_ARIB_STD_B67; break;
+        case Curve::Linear: tags.transfer = AVCOL_TRC_LINEAR; break;
+        // Players show the tag "sRGB" and "BT.709" alike or the first one worse; editors know the second one better.
+        case Curve::Srgb:
+        case Curve::Rec709Camera:
+        case Curve::Bt1886:
+            tags.transfer = tags.primaries == AVCOL_PRI_BT2020   ? AVCOL_TRC_BT2020_10
+                            : tags.matrix == AVCOL_SPC_SMPTE170M ? AVCOL_TRC_SMPTE170M
+                                                                 : AVCOL_TRC_BT709;
+            break;
+        case Curve::Gamma22: tags.transfer = AVCOL_TRC_GAMMA22; break;
+        case Curve::Gamma26: tags.transfer = AVCOL_TRC_SMPTE428; break;
+        case Curve::Gamma28: tags.transfer = AVCOL_TRC_GAMMA28; break;
+        case Curve::Pq: tags.transfer = AVCOL_TRC_SMPTE2084; break;
+        case Curve::Cineon: break;
+        case Curve::Hlg: tags.transfer = AVCOL_TRC_ARIB_STD_B67; break;
     }
     return tags;
 }

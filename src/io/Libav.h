@@ -1,8 +1,12 @@
 // FFmpeg's objects with an owner, and its names for pixel formats and colour tags in our words.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "io/FrameSource.h"
 #include "io/Yuv.h"
@@ -11,7 +15,6 @@ struct AVFormatContext;
 struct AVCodecContext;
 struct AVFrame;
 struct AVPacket;
-struct SwsContext;
 
 namespace virga::io::libav {
 
@@ -30,15 +33,11 @@ struct FreeFrame {
 struct FreePacket {
     void operator()(AVPacket*) const noexcept;
 };
-struct FreeScaler {
-    void operator()(SwsContext*) const noexcept;
-};
 using Input = std::unique_ptr<AVFormatContext, CloseInput>;
 using Output = std::unique_ptr<AVFormatContext, CloseOutput>;
 using Codec = std::unique_ptr<AVCodecContext, FreeCodec>;
 using Frame = std::unique_ptr<AVFrame, FreeFrame>;
 using Packet = std::unique_ptr<AVPacket, FreePacket>;
-using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
 
 Frame makeFrame();
 Packet makePacket();
@@ -48,17 +47,37 @@ std::string errorText(int error);
 /// Once a process: FFmpeg's own messages go to the detailed log.
 void routeMessages();
 
-/// The planar format with the same samples, or nothing if only a repacking (see planarEquivalent) leads to one.
-std::optional<PlanarFormat> planarFormat(int pixelFormat);
-/// FFmpeg's format with these samples; AV_PIX_FMT_NONE if it has none.
+/// The samples that a pixel format has, whatever their layout in memory; nothing for formats that are not supported
+/// (float, Bayer, XYZ, bits packed into bytes, hardware).
+std::optional<PlanarFormat> samplesOf(int pixelFormat);
+/// Whether they lie in memory as PlanarFormat says, so that nothing need be repacked.
+bool isPlanar(int pixelFormat);
+/// FFmpeg's planar format with these samples; AV_PIX_FMT_NONE if it has none.
 int pixelFormatOf(const PlanarFormat& format);
-/// The format that libswscale should repack to so that planarFormat() knows it and no bit is lost; AV_PIX_FMT_NONE for
-/// formats that are not supported (float, Bayer, XYZ, hardware).
-int planarEquivalent(int pixelFormat);
 /// Whether the format is one of the old full-range names (yuvj420p), and the format without the range in its name.
 bool isFullRangeName(int pixelFormat);
 int withoutRangeName(int pixelFormat);
 const char* pixelFormatName(int pixelFormat);
+
+/// A planar picture with its own memory, for formats that FFmpeg keeps in another layout.
+class PlanarBuffer {
+public:
+    PlanarBuffer(const PlanarFormat& format, int width, int height);
+    PlanarPicture picture();
+
+private:
+    PlanarFormat format_;
+    int width_, height_;
+    std::array<std::vector<std::uint8_t>, 4> planes_;
+};
+
+/// The samples of a frame into planes and back, value for value. Samples of fewer than 8 bits are scaled to 8.
+void unpack(const AVFrame& frame, const PlanarFormat& format, const PlanarPicture& planes);
+void pack(const ConstPlanarPicture& planes, const PlanarFormat& format, AVFrame& frame);
+/// The same memory, not to be written to.
+ConstPlanarPicture asConst(const PlanarPicture& picture);
+/// The planes of a frame whose format isPlanar().
+PlanarPicture planesOf(const AVFrame& frame);
 
 /// AVCOL_SPC_* that a movie of this size has if it does not say: 601 for standard definition, else 709.
 int guessedMatrix(int width, int height);

@@ -23,9 +23,9 @@ using namespace libav;
 namespace {
 
 /// Encoders worth naming to a user, best first.
-constexpr const char* usualEncoders[] = {"libx264",    "libx265",    "prores_ks", "dnxhd",      "ffv1",    "libvpx-vp9", "libsvtav1",
-                                         "libaom-av1", "mjpeg",      "cfhd",      "mpeg4",      "utvideo", "huffyuv",    "ffvhuff",
-                                         "qtrle",      "mpeg2video", "rawvideo",  "libx264rgb", "png"};
+constexpr const char* usualEncoders[] = {
+    "libx264", "libx265", "prores_ks", "dnxhd",   "ffv1",  "libvpx-vp9", "libsvtav1", "libaom-av1", "mjpeg", "cfhd",
+    "mpeg4",   "utvideo", "huffyuv",   "ffvhuff", "qtrle", "mpeg2video", "rawvideo",  "libx264rgb", "png"};
 
 bool fits(const AVOutputFormat& container, const AVCodec& encoder)
 {
@@ -36,7 +36,8 @@ std::string encodersFor(const AVOutputFormat& container)
 {
     std::vector<std::string> names;
     for (const char* name : usualEncoders)
-        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name); encoder != nullptr && fits(container, *encoder))
+        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name);
+            encoder != nullptr && fits(container, *encoder))
             names.emplace_back(name);
     return fmt::format("{}", fmt::join(names, ", "));
 }
@@ -50,36 +51,38 @@ const AVCodec* chooseEncoder(const std::string& path, const AVOutputFormat& cont
             throw Error(ErrorCode::InvalidArgument, "codec '{}' is not known; for {} there are {}", options.codec, path,
                         encodersFor(container));
         if (!fits(container, *encoder))
-            throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot be put into {}; there are {}", options.codec, path,
-                        encodersFor(container));
+            throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot be put into {}; there are {}", options.codec,
+                        path, encodersFor(container));
         return encoder;
     }
     // A plate that was kept without loss, or for editing, goes on like that where the container can hold it.
     std::vector<const char*> candidates;
     switch (origin != nullptr ? AVCodecID(origin->codecId) : AV_CODEC_ID_NONE) {
-    case AV_CODEC_ID_PRORES: candidates = {"prores_ks"}; break;
-    case AV_CODEC_ID_DNXHD: candidates = {"dnxhd"}; break;
-    case AV_CODEC_ID_FFV1: candidates = {"ffv1"}; break;
-    case AV_CODEC_ID_HUFFYUV:
-    case AV_CODEC_ID_FFVHUFF: candidates = {"ffvhuff", "ffv1"}; break;
-    case AV_CODEC_ID_UTVIDEO: candidates = {"utvideo"}; break;
-    case AV_CODEC_ID_RAWVIDEO: candidates = {"rawvideo"}; break;
-    case AV_CODEC_ID_QTRLE: candidates = {"qtrle"}; break;
-    case AV_CODEC_ID_MJPEG: candidates = {"mjpeg"}; break;
-    case AV_CODEC_ID_HEVC: candidates = {"libx265"}; break;
-    default: break;
+        case AV_CODEC_ID_PRORES: candidates = {"prores_ks"}; break;
+        case AV_CODEC_ID_DNXHD: candidates = {"dnxhd"}; break;
+        case AV_CODEC_ID_FFV1: candidates = {"ffv1"}; break;
+        case AV_CODEC_ID_HUFFYUV:
+        case AV_CODEC_ID_FFVHUFF: candidates = {"ffvhuff", "ffv1"}; break;
+        case AV_CODEC_ID_UTVIDEO: candidates = {"utvideo"}; break;
+        case AV_CODEC_ID_RAWVIDEO: candidates = {"rawvideo"}; break;
+        case AV_CODEC_ID_QTRLE: candidates = {"qtrle"}; break;
+        case AV_CODEC_ID_MJPEG: candidates = {"mjpeg"}; break;
+        case AV_CODEC_ID_HEVC: candidates = {"libx265"}; break;
+        default: break;
     }
     candidates.insert(candidates.end(), {"libx264", "libvpx-vp9"});
     const bool isAvi = std::strcmp(container.name, "avi") == 0;
     for (const char* name : candidates) {
         // AVI takes H.264 by name only: it has no place for the order of pictures.
         if (isAvi && std::strcmp(name, "libx264") == 0) continue;
-        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name); encoder != nullptr && fits(container, *encoder))
+        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name);
+            encoder != nullptr && fits(container, *encoder))
             return encoder;
     }
     if (const AVCodec* encoder = avcodec_find_encoder(container.video_codec)) return encoder;
-    throw Error(ErrorCode::Output, "{}: no encoder is there for {} files; name another kind of output, such as .mp4 or .mkv",
-                path, container.name);
+    throw Error(ErrorCode::Output,
+                "{}: no encoder is there for {} files; name another kind of output, such as .mp4 or .mkv", path,
+                container.name);
 }
 
 bool is(const AVCodec& encoder, const char* name) { return std::strcmp(encoder.name, name) == 0; }
@@ -90,9 +93,10 @@ PlanarFormat wantedFormat(const PlateInfo& plate, const MovieOrigin* origin, con
     using Family = PlanarFormat::Family;
     PlanarFormat format;
     if (origin != nullptr) {
-        format = *planarFormat(origin->pixelFormat);
+        format = *samplesOf(origin->pixelFormat);
         // Turned by a quarter, 4:2:2 would share chroma between rows instead; 4:4:4 keeps all of it.
-        if (origin->isTurned && format.chromaShiftX != format.chromaShiftY) format.chromaShiftX = format.chromaShiftY = 0;
+        if (origin->isTurned && format.chromaShiftX != format.chromaShiftY)
+            format.chromaShiftX = format.chromaShiftY = 0;
         return format;
     }
     format.hasAlpha = plate.hasAlpha;
@@ -110,7 +114,8 @@ PlanarFormat wantedFormat(const PlateInfo& plate, const MovieOrigin* origin, con
 }
 
 /// The encoder's format that is nearest to the wanted one.
-int choosePixelFormat(const std::string& path, const AVCodec& encoder, PlanarFormat wanted, const PlateInfo& plate)
+int choosePixelFormat(const std::string& path, const AVCodec& encoder, PlanarFormat wanted, const PlateInfo& plate,
+                      int plateFormat)
 {
     const bool evenOnly = is(encoder, "libx264") || is(encoder, "libx265");
     const auto splitsEvenly = [&](const PlanarFormat& format) {
@@ -118,38 +123,50 @@ int choosePixelFormat(const std::string& path, const AVCodec& encoder, PlanarFor
     };
     if (evenOnly && !splitsEvenly(wanted)) {
         wanted.chromaShiftX = wanted.chromaShiftY = 0;
-        log::info("{}: {} cannot share colour between pixels of a picture of {}x{}; written as 4:4:4", path, encoder.name,
-                  plate.width, plate.height);
+        log::info("{}: {} cannot share colour between pixels of a picture of {}x{}; written as 4:4:4", path,
+                  encoder.name, plate.width, plate.height);
     }
     const int wantedFormat = pixelFormatOf(wanted);
     std::vector<AVPixelFormat> usable;
     for (const AVPixelFormat* p = encoder.pix_fmts; p != nullptr && *p != AV_PIX_FMT_NONE; ++p) {
-        const auto format = planarFormat(*p);
+        const auto format = samplesOf(*p);
         if (format && (!evenOnly || splitsEvenly(*format))) usable.push_back(*p);
     }
-    if (encoder.pix_fmts == nullptr && wantedFormat != AV_PIX_FMT_NONE) return wantedFormat;
+    if (encoder.pix_fmts == nullptr) {
+        if (plateFormat != AV_PIX_FMT_NONE && samplesOf(plateFormat) == wanted) return plateFormat;
+        if (wantedFormat != AV_PIX_FMT_NONE) return wantedFormat;
+    }
     if (usable.empty())
-        throw Error(ErrorCode::InvalidArgument, "codec '{}' takes none of the pixel formats that can be written", encoder.name);
+        throw Error(ErrorCode::InvalidArgument, "codec '{}' takes none of the pixel formats that can be written",
+                    encoder.name);
+    // The plate's own layout, then planes, then any other with the same samples.
     for (const AVPixelFormat p : usable)
-        if (planarFormat(p) == wanted) return p;
+        if (p == plateFormat && samplesOf(p) == wanted) return p;
+    for (const AVPixelFormat p : usable)
+        if (isPlanar(p) && samplesOf(p) == wanted) return p;
+    for (const AVPixelFormat p : usable)
+        if (samplesOf(p) == wanted) return p;
 
-    // The nearest by what would be lost: colour first, then resolution of colour, bits and alpha; then by what is spent.
+    // The nearest by what would be lost: colour first, then resolution of colour, bits and alpha; then by what is
+    // spent.
     const auto cost = [&](AVPixelFormat p) {
-        const PlanarFormat format = *planarFormat(p);
+        const PlanarFormat format = *samplesOf(p);
         double cost = 0;
         if (format.family == PlanarFormat::Family::Grey && wanted.family != PlanarFormat::Family::Grey) cost += 1000;
         if (wanted.hasAlpha && !format.hasAlpha) cost += 300;
         cost += 100 * std::max(0, wanted.bits - format.bits) / 8.0 + std::max(0, format.bits - wanted.bits) / 8.0;
-        const int wantedShift = wanted.chromaShiftX + wanted.chromaShiftY, shift = format.chromaShiftX + format.chromaShiftY;
+        const int wantedShift = wanted.chromaShiftX + wanted.chromaShiftY,
+                  shift = format.chromaShiftX + format.chromaShiftY;
         cost += 40 * std::max(0, shift - wantedShift) + 2 * std::max(0, wantedShift - shift);
         if (format.family != wanted.family) cost += 20;
         if (format.hasAlpha && !wanted.hasAlpha) cost += 3;
         return cost;
     };
-    const AVPixelFormat best = *std::min_element(usable.begin(), usable.end(), [&](auto a, auto b) { return cost(a) < cost(b); });
+    const AVPixelFormat best =
+        *std::min_element(usable.begin(), usable.end(), [&](auto a, auto b) { return cost(a) < cost(b); });
     log::info("{}: {} has no {}; written as {}", path, encoder.name,
               wantedFormat == AV_PIX_FMT_NONE ? "such pixels" : pixelFormatName(wantedFormat), pixelFormatName(best));
-    if (wanted.hasAlpha && !planarFormat(best)->hasAlpha)
+    if (wanted.hasAlpha && !samplesOf(best)->hasAlpha)
         log::warning("{}: {} has no alpha; it is left out and the picture stands over black", path, encoder.name);
     return best;
 }
@@ -172,10 +189,15 @@ void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* orig
         setOption(codec, "preset", "medium");
         if (is(encoder, "libx265")) setOption(codec, "x265-params", "log-level=none");
     } else if (is(encoder, "ffv1")) {
-        codec.level = 3;
-        codec.slices = 4;
         codec.gop_size = 1;  // every picture alone, for seeking
-        setOption(codec, "slicecrc", "1");
+        // Version 3 cuts the picture into slices, for threads, and must cut between whole chroma samples.
+        const bool cutsEvenly =
+            codec.width % (2 << format.chromaShiftX) == 0 && codec.height % (2 << format.chromaShiftY) == 0;
+        codec.level = cutsEvenly ? 3 : 1;
+        if (cutsEvenly) {
+            codec.slices = 4;
+            setOption(codec, "slicecrc", "1");
+        }
     } else if (is(encoder, "prores_ks")) {
         const bool is4444 = format.chromaShiftX == 0;
         const bool plateProfile = origin != nullptr && origin->codecId == AV_CODEC_ID_PRORES && origin->profile >= 0 &&
@@ -185,7 +207,10 @@ void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* orig
         setOption(codec, "vendor", "apl0");  // what editors look for
         if (quality) fixedQuantiser(*quality);
     } else if (is(encoder, "dnxhd")) {
-        setOption(codec, "profile", format.chromaShiftX == 0 ? "dnxhr_444" : format.bits > 8 ? "dnxhr_hqx" : "dnxhr_hq");
+        setOption(codec, "profile",
+                  format.chromaShiftX == 0 ? "dnxhr_444"
+                  : format.bits > 8        ? "dnxhr_hqx"
+                                           : "dnxhr_hq");
     } else if (is(encoder, "libvpx-vp9") || is(encoder, "libaom-av1") || is(encoder, "libsvtav1")) {
         codec.bit_rate = 0;
         setOption(codec, "crf", fmt::format("{:g}", std::round(quality.value_or(20))));
@@ -215,12 +240,13 @@ Rational movieFrameRate(const PlateInfo& plate, const MovieOrigin* origin)
     return {rate.num, rate.den};
 }
 
-Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate, const MovieOrigin* origin,
-                  const WriteOptions& options, Rational timeBase, MovieFormat& format)
+Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate,
+                  const MovieOrigin* origin, const WriteOptions& options, Rational timeBase, MovieFormat& format)
 {
     const AVCodec* encoder = chooseEncoder(path, *output.oformat, origin, options);
-    format.pixelFormat = choosePixelFormat(path, *encoder, wantedFormat(plate, origin, *encoder), plate);
-    format.planar = *planarFormat(format.pixelFormat);
+    format.pixelFormat = choosePixelFormat(path, *encoder, wantedFormat(plate, origin, *encoder), plate,
+                                           origin != nullptr ? origin->pixelFormat : int(AV_PIX_FMT_NONE));
+    format.planar = *samplesOf(format.pixelFormat);
     format.colorspace = options.outputColorspace.empty() ? defaultOutputColorspace(plate, false)
                                                          : resolveColorspace(options.outputColorspace);
 
@@ -232,9 +258,9 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
         tags.transfer = origin->transfer;
         tags.primaries = origin->primaries;
         if (origin->matrix != AVCOL_SPC_RGB) tags.matrix = origin->matrix;
-        if (isYuv && planarFormat(origin->pixelFormat)->family == PlanarFormat::Family::Yuv)
+        if (isYuv && samplesOf(origin->pixelFormat)->family == PlanarFormat::Family::Yuv)
             isFullRange = origin->range == AVCOL_RANGE_JPEG;
-        else if (!isYuv && planarFormat(origin->pixelFormat)->family != PlanarFormat::Family::Yuv)
+        else if (!isYuv && samplesOf(origin->pixelFormat)->family != PlanarFormat::Family::Yuv)
             isFullRange = origin->range == AVCOL_RANGE_JPEG;
     }
     if (tags.matrix == AVCOL_SPC_UNSPECIFIED) tags.matrix = guessedMatrix(plate.width, plate.height);
@@ -268,8 +294,8 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
 
     const int result = avcodec_open2(codec.get(), encoder, nullptr);
     if (result < 0)
-        throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot write {}x{} {} into {} ({})", encoder->name, plate.width,
-                    plate.height, pixelFormatName(format.pixelFormat), path, errorText(result));
+        throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot write {}x{} {} into {} ({})", encoder->name,
+                    plate.width, plate.height, pixelFormatName(format.pixelFormat), path, errorText(result));
     return codec;
 }
 

@@ -9,8 +9,8 @@
 namespace virga::io {
 
 struct MovieFormat {
-    PlanarFormat planar;  ///< how the encoder takes its pictures
-    int pixelFormat = 0;  ///< the same as AV_PIX_FMT_*
+    int pixelFormat = 0;  ///< how the encoder takes its pictures, AV_PIX_FMT_*
+    PlanarFormat planar;  ///< the same samples in planes; the encoder's own layout, unless it takes packed pixels alone
     YuvCoding coding;
     std::string colorspace;  ///< of the codes
 };
@@ -18,7 +18,8 @@ struct MovieFormat {
 /// Opens the encoder for `output`, whose container is known. Throws Error(InvalidArgument) for an encoder that is not
 /// known, does not fit the container or refuses its settings. `timeBase`: of the frames that it will be given.
 libav::Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate,
-                         const MovieOrigin* origin, const WriteOptions& options, Rational timeBase, MovieFormat& format);
+                         const MovieOrigin* origin, const WriteOptions& options, Rational timeBase,
+                         MovieFormat& format);
 
 /// The frame rate that a movie made from this plate has.
 Rational movieFrameRate(const PlateInfo& plate, const MovieOrigin* origin);

@@ -10,7 +10,6 @@ extern "C" {
 #include <libavformat/avformat.h>
 #include <libavutil/display.h>
 #include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
 }
 
 #include <algorithm>
@@ -118,9 +117,9 @@ public:
                         info_.frames.back());
         PlateFrame frame;
         frame.number = number;
-        frame.time_s = origin_.keepsTime
-                           ? double(origin_.times[std::size_t(index)].start - origin_.times[0].start) * origin_.timeBase.value()
-                           : double(index) / info_.fps;
+        frame.time_s = origin_.keepsTime ? double(origin_.times[std::size_t(index)].start - origin_.times[0].start) *
+                                               origin_.timeBase.value()
+                                         : double(index) / info_.fps;
         frame.pixels = convert(decode(std::size_t(index)), number);
         frame.extras = std::make_shared<FrameExtras>();
         return frame;
@@ -155,7 +154,8 @@ private:
         const bool mayReorder = stream()->codecpar->video_delay > 0;
         while (av_read_frame(input_.get(), packet.get()) >= 0) {
             // Edit lists mark what is not shown; empty packets repeat the picture before.
-            if (packet->stream_index == streamIndex_ && (packet->flags & AV_PKT_FLAG_DISCARD) == 0 && packet->size > 0) {
+            if (packet->stream_index == streamIndex_ && (packet->flags & AV_PKT_FLAG_DISCARD) == 0 &&
+                packet->size > 0) {
                 Picture picture;
                 picture.decodeTime = packet->dts;
                 picture.time = packet->pts != AV_NOPTS_VALUE || mayReorder ? packet->pts : packet->dts;
@@ -167,7 +167,8 @@ private:
             }
             av_packet_unref(packet.get());
         }
-        if (pictures_.empty()) throw Error(ErrorCode::Input, "{}: holds no picture; the file is damaged or cut off", path_);
+        if (pictures_.empty())
+            throw Error(ErrorCode::Input, "{}: holds no picture; the file is damaged or cut off", path_);
         if (stream()->nb_frames > std::int64_t(pictures_.size()) && !hasEditList())
             log::warning("{}: is cut off: its header promises {} frames, {} are there", path_, stream()->nb_frames,
                          pictures_.size());
@@ -185,7 +186,10 @@ private:
     }
 
     /// Pictures that an edit list hides are counted in the header, but not shown.
-    bool hasEditList() const { return std::strstr(input_->iformat->name, "mov") != nullptr && stream()->start_time != 0; }
+    bool hasEditList() const
+    {
+        return std::strstr(input_->iformat->name, "mov") != nullptr && stream()->start_time != 0;
+    }
 
     void openDecoder()
     {
@@ -199,9 +203,18 @@ private:
         decoder_->pkt_timebase = stream()->time_base;
         decoder_->thread_count = 0;
         decoder_->thread_type = FF_THREAD_FRAME | FF_THREAD_SLICE;
+        // Checksums are looked at. Where every picture stands alone one that is wrong is better lost than shown;
+        // elsewhere the decoder's own mark of a damaged picture decides (see checked), because explosions would cost
+        // whole GOPs.
+        decoder_->err_recognition |= AV_EF_CRCCHECK;
+        const AVCodecDescriptor* descriptor = avcodec_descriptor_get(parameters->codec_id);
+        if (descriptor != nullptr && (descriptor->props & (AV_CODEC_PROP_INTRA_ONLY | AV_CODEC_PROP_LOSSLESS)) != 0)
+            if (parameters->codec_id != AV_CODEC_ID_H264 && parameters->codec_id != AV_CODEC_ID_HEVC)
+                decoder_->err_recognition |= AV_EF_EXPLODE;
         const int result = avcodec_open2(decoder_.get(), codec, nullptr);
         if (result < 0)
-            throw Error(ErrorCode::Input, "{}: its {} video cannot be decoded ({})", path_, codec->name, errorText(result));
+            throw Error(ErrorCode::Input, "{}: its {} video cannot be decoded ({})", path_, codec->name,
+                        errorText(result));
     }
 
     void describe(const ReadOptions& options)
@@ -210,10 +223,11 @@ private:
         // The decoder may know better than the container, and some know only after the first picture.
         int pixelFormat = parameters->format;
         if (pixelFormat == AV_PIX_FMT_NONE) pixelFormat = decoder_->pix_fmt;
-        repackedFormat_ = planarEquivalent(pixelFormat);
-        if (repackedFormat_ == AV_PIX_FMT_NONE)
-            throw Error(ErrorCode::Input, "{}: its pixel format {} is not supported", path_, pixelFormatName(pixelFormat));
-        format_ = *planarFormat(repackedFormat_);
+        const auto samples = samplesOf(pixelFormat);
+        if (!samples)
+            throw Error(ErrorCode::Input, "{}: its pixel format {} is not supported", path_,
+                        pixelFormatName(pixelFormat));
+        format_ = *samples;
         orientation_ = orientationOf(stream(), path_);
 
         info_.path = path_;
@@ -229,7 +243,7 @@ private:
         origin_.timeBase = {stream()->time_base.num, stream()->time_base.den};
         origin_.codecId = parameters->codec_id;
         origin_.profile = parameters->profile;
-        origin_.pixelFormat = withoutRangeName(repackedFormat_);
+        origin_.pixelFormat = withoutRangeName(pixelFormat);
         origin_.range = parameters->color_range;
         origin_.primaries = parameters->color_primaries;
         origin_.transfer = parameters->color_trc;
@@ -238,8 +252,9 @@ private:
         origin_.isTurned = orientation_.swap;
         origin_.timecode = findTimecode();
         if (origin_.range == AVCOL_RANGE_UNSPECIFIED)
-            origin_.range = isFullRangeName(pixelFormat) || format_.family != PlanarFormat::Family::Yuv ? AVCOL_RANGE_JPEG
-                                                                                                        : AVCOL_RANGE_MPEG;
+            origin_.range = isFullRangeName(pixelFormat) || format_.family != PlanarFormat::Family::Yuv
+                                ? AVCOL_RANGE_JPEG
+                                : AVCOL_RANGE_MPEG;
         if (origin_.matrix == AVCOL_SPC_UNSPECIFIED || origin_.matrix == AVCOL_SPC_RESERVED)
             origin_.matrix = format_.family == PlanarFormat::Family::Rgb ? int(AVCOL_SPC_RGB)
                                                                          : guessedMatrix(info_.width, info_.height);
@@ -265,7 +280,8 @@ private:
         };
         std::string timecode = of(stream()->metadata);
         if (timecode.empty()) timecode = of(input_->metadata);
-        for (unsigned i = 0; timecode.empty() && i < input_->nb_streams; ++i) timecode = of(input_->streams[i]->metadata);
+        for (unsigned i = 0; timecode.empty() && i < input_->nb_streams; ++i)
+            timecode = of(input_->streams[i]->metadata);
         return timecode;
     }
 
@@ -302,7 +318,8 @@ private:
             rate = average.num > 0 && average.den > 0 ? average : av_d2q(double(pictures_.size()) / seconds, 1000000);
         if (options.fps) {
             rate = av_d2q(*options.fps, 1000000);
-            origin_.keepsTime = !origin_.isVariableRate && std::fabs(*options.fps - av_q2d(nominal)) < 1e-4 * *options.fps;
+            origin_.keepsTime =
+                !origin_.isVariableRate && std::fabs(*options.fps - av_q2d(nominal)) < 1e-4 * *options.fps;
         }
         origin_.frameRate = {rate.num, rate.den};
         info_.fps = options.fps.value_or(av_q2d(rate));
@@ -319,8 +336,8 @@ private:
             info_.colorspace = ruled;
             info_.colorspaceSource = "file rules of $OCIO";
         } else {
-            const bool isTagged = parameters->color_trc != AVCOL_TRC_UNSPECIFIED ||
-                                  parameters->color_primaries != AVCOL_PRI_UNSPECIFIED;
+            const bool isTagged =
+                parameters->color_trc != AVCOL_TRC_UNSPECIFIED || parameters->color_primaries != AVCOL_PRI_UNSPECIFIED;
             info_.colorspace = colorspaceOf(parameters->color_trc, parameters->color_primaries);
             info_.colorspaceSource = isTagged ? "metadata" : "guess: video that does not say";
         }
@@ -356,7 +373,9 @@ private:
             for (;;) {
                 if (av_read_frame(input_.get(), packet.get()) < 0) break;
                 if (packet->stream_index == streamIndex_) {
-                    if (packet->dts != AV_NOPTS_VALUE && key.decodeTime != AV_NOPTS_VALUE && packet->dts > key.decodeTime) break;
+                    if (packet->dts != AV_NOPTS_VALUE && key.decodeTime != AV_NOPTS_VALUE &&
+                        packet->dts > key.decodeTime)
+                        break;
                     avcodec_send_packet(decoder_.get(), packet.get());
                     return true;
                 }
@@ -366,7 +385,8 @@ private:
         return false;
     }
 
-    /// The last key picture that is shown at `index` or before, `earlier` keys before that one; nothing before the first.
+    /// The last key picture that is shown at `index` or before, `earlier` keys before that one; nothing before the
+    /// first.
     const Picture* keyFor(std::size_t index, int earlier) const
     {
         for (std::size_t i = index + 1; i-- > 0;)
@@ -384,8 +404,9 @@ private:
         if (last_ && lastTime_ == target) return checked(number);
         // Decoding on is right when no key picture lies between, or when it is only a few pictures.
         const Picture* key = keyFor(index, 0);
-        const bool isNear = lastTime_ != nowhere && lastTime_ < target &&
-                            (index < 8 || pictures_[index - 8].time <= lastTime_ || (key != nullptr && key->time <= lastTime_));
+        const bool isNear =
+            lastTime_ != nowhere && lastTime_ < target &&
+            (index < 8 || pictures_[index - 8].time <= lastTime_ || (key != nullptr && key->time <= lastTime_));
         const bool isFresh = lastTime_ == nowhere && counted_ == 0 && index < 8;
         if (!drained_ && (isNear || isFresh) && decodeUntil(target)) return checked(number);
         for (int earlier = 0; earlier < 2; ++earlier) {
@@ -409,7 +430,7 @@ private:
     /// Decodes on until the picture shown at `target` is in last_; false if it does not come.
     bool decodeUntil(std::int64_t target)
     {
-        for (;;) {
+        for (int failures = 0; failures < 1000;) {
             Frame frame = makeFrame();
             const int result = avcodec_receive_frame(decoder_.get(), frame.get());
             if (result == AVERROR(EAGAIN)) {
@@ -420,13 +441,17 @@ private:
                 drained_ = true;
                 return false;
             }
-            if (result < 0) continue;  // one picture is lost; what comes out next is still right
+            if (result < 0) {  // one picture is lost; what comes out next is still right
+                ++failures;
+                continue;
+            }
             lastTime_ = countsPictures_ ? counted_ : frame->best_effort_timestamp;
             ++counted_;
             last_ = std::move(frame);
             if (lastTime_ == target) return true;
             if (lastTime_ > target) return false;
         }
+        return false;
     }
 
     /// One packet into the decoder, or the sign that there are no more.
@@ -435,7 +460,8 @@ private:
         const Packet packet = makePacket();
         while (av_read_frame(input_.get(), packet.get()) >= 0) {
             if (packet->stream_index == streamIndex_ && packet->size > 0) {
-                avcodec_send_packet(decoder_.get(), packet.get());  // what it cannot use shows as a picture that is missing
+                avcodec_send_packet(decoder_.get(),
+                                    packet.get());  // what it cannot use shows as a picture that is missing
                 return;
             }
             av_packet_unref(packet.get());
@@ -450,50 +476,23 @@ private:
         const int codedWidth = orientation_.swap ? info_.height : info_.width;
         const int codedHeight = orientation_.swap ? info_.width : info_.height;
         if (decoded.width != codedWidth || decoded.height != codedHeight)
-            throw Error(ErrorCode::Input, "{}: frame {} is {}x{}, the movie began with {}x{}", path_, number, decoded.width,
-                        decoded.height, codedWidth, codedHeight);
-        const AVFrame* planar = &decoded;
-        if (withoutRangeName(decoded.format) != withoutRangeName(repackedFormat_)) planar = &repack(decoded, number);
-
-        ConstPlanarPicture picture;
-        picture.width = codedWidth;
-        picture.height = codedHeight;
-        for (std::size_t i = 0; i < 4; ++i) {
-            picture.planes[i] = planar->data[i];
-            picture.strides[i] = planar->linesize[i];
+            throw Error(ErrorCode::Input, "{}: frame {} is {}x{}, the movie began with {}x{}", path_, number,
+                        decoded.width, decoded.height, codedWidth, codedHeight);
+        if (samplesOf(decoded.format) != format_)
+            throw Error(ErrorCode::Input, "{}: frame {} is {}, the movie began with {}", path_, number,
+                        pixelFormatName(decoded.format), pixelFormatName(origin_.pixelFormat));
+        PlanarPicture picture = planesOf(decoded);
+        if (!isPlanar(decoded.format)) {
+            if (!unpacked_) unpacked_ = std::make_unique<PlanarBuffer>(format_, codedWidth, codedHeight);
+            picture = unpacked_->picture();
+            unpack(decoded, format_, picture);
         }
         ImageF coded(codedWidth, codedHeight, 4);
-        planarToLinear(format_, coding_, picture, *toWorking_, coded);
+        planarToLinear(format_, coding_, asConst(picture), *toWorking_, coded);
         if (orientation_.isIdentity()) return coded;
         ImageF shown(info_.width, info_.height, 4);
         orient(coded, orientation_, shown);
         return shown;
-    }
-
-    const AVFrame& repack(const AVFrame& decoded, FrameNumber number)
-    {
-        if (withoutRangeName(planarEquivalent(decoded.format)) != withoutRangeName(repackedFormat_))
-            throw Error(ErrorCode::Input, "{}: frame {} is {}, the movie began with {}", path_, number,
-                        pixelFormatName(decoded.format), info_.format);
-        if (!scaler_) {
-            scaler_.reset(sws_getContext(decoded.width, decoded.height, AVPixelFormat(decoded.format), decoded.width,
-                                         decoded.height, AVPixelFormat(repackedFormat_),
-                                         SWS_POINT | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_FULL_CHR_H_INP | SWS_BITEXACT,
-                                         nullptr, nullptr, nullptr));
-            if (!scaler_)
-                throw Error(ErrorCode::Input, "{}: its pixel format {} is not supported", path_,
-                            pixelFormatName(decoded.format));
-            const int* coefficients = sws_getCoefficients(SWS_CS_ITU709);
-            const int range = coding_.fullRange ? 1 : 0;  // the same on both sides: nothing is rescaled
-            sws_setColorspaceDetails(scaler_.get(), coefficients, range, coefficients, range, 0, 1 << 16, 1 << 16);
-            repacked_ = makeFrame();
-            repacked_->format = repackedFormat_;
-            repacked_->width = decoded.width;
-            repacked_->height = decoded.height;
-            if (av_frame_get_buffer(repacked_.get(), 0) < 0) throw std::bad_alloc();
-        }
-        sws_scale(scaler_.get(), decoded.data, decoded.linesize, 0, decoded.height, repacked_->data, repacked_->linesize);
-        return *repacked_;
     }
 
     std::string path_;
@@ -508,15 +507,13 @@ private:
     Orientation orientation_;
     PlanarFormat format_;
     YuvCoding coding_;
-    int repackedFormat_ = 0;
-    Scaler scaler_;
-    Frame repacked_;
+    std::unique_ptr<PlanarBuffer> unpacked_;  // for formats that are not planar
     std::shared_ptr<const ColorTransform> toWorking_;
 
-    Frame last_;                        // the picture that the decoder gave last
-    std::int64_t lastTime_ = nowhere;   // its presentation time
-    std::int64_t counted_ = 0;          // pictures since restart()
-    bool drained_ = false;              // the decoder has been told that there are no more packets
+    Frame last_;                       // the picture that the decoder gave last
+    std::int64_t lastTime_ = nowhere;  // its presentation time
+    std::int64_t counted_ = 0;         // pictures since restart()
+    bool drained_ = false;             // the decoder has been told that there are no more packets
 };
 
 }  // namespace

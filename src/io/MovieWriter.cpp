@@ -55,7 +55,8 @@ public:
         stream_->avg_frame_rate = encoder_->framerate;
         stream_->sample_aspect_ratio = encoder_->sample_aspect_ratio;
         const bool isIsoMedia = is("mp4") || is("mov") || is("ipod");
-        if (isIsoMedia && encoder_->codec_id == AV_CODEC_ID_HEVC) stream_->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');
+        if (isIsoMedia && encoder_->codec_id == AV_CODEC_ID_HEVC)
+            stream_->codecpar->codec_tag = MKTAG('h', 'v', 'c', '1');
         if (origin_ != nullptr) copyMetadata();
         if (origin_ != nullptr && !origin_->keepsTime) {
             log::warning("{}: the rate is not the plate's, so its sound is left out", path);
@@ -99,14 +100,16 @@ private:
 
     void check(int result) const
     {
-        if (result < 0) throw Error(ErrorCode::Output, "{}: cannot be written ({})", file_.finalPath(), errorText(result));
+        if (result < 0)
+            throw Error(ErrorCode::Output, "{}: cannot be written ({})", file_.finalPath(), errorText(result));
     }
 
     void makeContainer()
     {
         AVFormatContext* context = nullptr;
         if (avformat_alloc_output_context2(&context, nullptr, nullptr, file_.finalPath().c_str()) < 0)
-            throw Error(ErrorCode::Output, "{}: is no movie format that can be written; there are .mp4, .mov, .mkv, .webm, .avi",
+            throw Error(ErrorCode::Output,
+                        "{}: is no movie format that can be written; there are .mp4, .mov, .mkv, .webm, .avi",
                         file_.finalPath());
         output_.reset(context);
     }
@@ -127,14 +130,16 @@ private:
         if (avformat_open_input(&context, origin_->path.c_str(), nullptr, nullptr) < 0) return;
         const Input input(context);
         // What the container and the encoder write themselves, and what is no longer true.
-        static const std::set<std::string> own = {"major_brand", "minor_version", "compatible_brands", "encoder", "timecode",
-                                                  "duration",    "rotate",        "vendor_id",         "creation_time"};
+        static const std::set<std::string> own = {"major_brand", "minor_version", "compatible_brands",
+                                                  "encoder",     "timecode",      "duration",
+                                                  "rotate",      "vendor_id",     "creation_time"};
         const auto copy = [](const AVDictionary* from, AVDictionary** to) {
             const AVDictionaryEntry* entry = nullptr;
             while ((entry = av_dict_get(from, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr) {
                 std::string key = entry->key;
                 std::transform(key.begin(), key.end(), key.begin(), [](unsigned char c) { return std::tolower(c); });
-                if (!own.contains(key) && !key.starts_with("_statistics") && key != "bps" && !key.starts_with("number_of_"))
+                if (!own.contains(key) && !key.starts_with("_statistics") && key != "bps" &&
+                    !key.starts_with("number_of_"))
                     av_dict_set(to, entry->key, entry->value, 0);
             }
         };
@@ -195,18 +200,19 @@ private:
     /// Time stamp of a frame in timeBase_.
     std::int64_t nextTime(FrameNumber frame)
     {
-        const std::int64_t step = std::max<std::int64_t>(
-            1, av_rescale_q(1, av_inv_q(encoder_->framerate), encoder_->time_base));
+        const std::int64_t step =
+            std::max<std::int64_t>(1, av_rescale_q(1, av_inv_q(encoder_->framerate), encoder_->time_base));
         if (keepsTime()) {
             const std::int64_t time = av_rescale_q(timeOf(frame).start - zero_, plateTimeBase(), encoder_->time_base);
             if (!lastTime_ || time > *lastTime_) {
                 plateEnd_ = timeOf(frame).start + timeOf(frame).duration;
-                durations_[time] =
-                    std::max<std::int64_t>(1, av_rescale_q(timeOf(frame).duration, plateTimeBase(), encoder_->time_base));
+                durations_[time] = std::max<std::int64_t>(
+                    1, av_rescale_q(timeOf(frame).duration, plateTimeBase(), encoder_->time_base));
                 return time;
             }
-            log::warning("{}: frame {} does not follow frame {}; from here on there is no sound and the rate is the average",
-                         file_.finalPath(), frame, lastFrame_);
+            log::warning(
+                "{}: frame {} does not follow frame {}; from here on there is no sound and the rate is the average",
+                file_.finalPath(), frame, lastFrame_);
             isOutOfOrder_ = true;
             sound_.reset();
         }
@@ -221,9 +227,9 @@ private:
     {
         if (rendered.beauty.width() != plate_.width || rendered.beauty.height() != plate_.height ||
             rendered.beauty.channels() != 4)
-            throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}", rendered.number,
-                        rendered.beauty.width(), rendered.beauty.height(), rendered.beauty.channels(), plate_.width,
-                        plate_.height);
+            throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}",
+                        rendered.number, rendered.beauty.width(), rendered.beauty.height(), rendered.beauty.channels(),
+                        plate_.width, plate_.height);
         if (!lastTime_) begin(rendered.number);
         const Frame frame = makeFrame();
         frame->format = format_.pixelFormat;
@@ -236,14 +242,13 @@ private:
         frame->chroma_location = encoder_->chroma_sample_location;
         frame->sample_aspect_ratio = encoder_->sample_aspect_ratio;
         if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
-        PlanarPicture picture;
-        picture.width = plate_.width;
-        picture.height = plate_.height;
-        for (std::size_t i = 0; i < 4; ++i) {
-            picture.planes[i] = frame->data[i];
-            picture.strides[i] = frame->linesize[i];
+        if (isPlanar(format_.pixelFormat)) {
+            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, planesOf(*frame));
+        } else {
+            if (!unpacked_) unpacked_ = std::make_unique<PlanarBuffer>(format_.planar, plate_.width, plate_.height);
+            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, unpacked_->picture());
+            pack(asConst(unpacked_->picture()), format_.planar, *frame);
         }
-        linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, picture);
 
         frame->pts = nextTime(rendered.number);
         lastTime_ = frame->pts;
@@ -278,6 +283,7 @@ private:
     AVStream* stream_ = nullptr;  // of output_
     std::unique_ptr<SoundCopy> sound_;
     MovieFormat format_;
+    std::unique_ptr<PlanarBuffer> unpacked_;  // for formats that are not planar
     std::shared_ptr<const ColorTransform> toCode_;
 
     Rational timeBase_;
@@ -300,8 +306,8 @@ bool isMovieName(const std::string& path)
     return container != nullptr && container->video_codec != AV_CODEC_ID_NONE;
 }
 
-std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
-                                               const WriteOptions& options)
+std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const PlateInfo& plate,
+                                               const MovieOrigin* origin, const WriteOptions& options)
 {
     routeMessages();
     return std::make_unique<MovieWriter>(path, plate, origin, options);

@@ -34,8 +34,8 @@ void refuseWritingOverPlate(const std::string& path, const PlateInfo& plate)
     }
     for (const FrameNumber frame : plate.frames)
         if (isSameFile(framePath(path, frame), framePath(plate.path, frame)))
-            throw Error(ErrorCode::Output, "{}: frame {} is a file of the plate itself; give the result another name", path,
-                        frame);
+            throw Error(ErrorCode::Output, "{}: frame {} is a file of the plate itself; give the result another name",
+                        path, frame);
 }
 
 }  // namespace
@@ -49,7 +49,8 @@ std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOption
     return makeScheduledReader(std::move(source), options.onError);
 }
 
-std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options)
+std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
+                                               const WriteOptions& options)
 {
     checkOutputFolder(path);
     refuseWritingOverPlate(path, plate.info());

@@ -25,28 +25,28 @@ enum class OnError {
 };
 
 struct ReadOptions {
-    std::string colorspace;             ///< the plate's colour space by OpenColorIO name; empty: from metadata, else guess
-    std::optional<double> fps;          ///< overrides what the file says [1/s]
+    std::string colorspace;     ///< the plate's colour space by OpenColorIO name; empty: from metadata, else guess
+    std::optional<double> fps;  ///< overrides what the file says [1/s]
     std::optional<FrameNumber> firstFrame;  ///< number of a movie's first frame (0)
     OnError onError = OnError::Stop;
 };
 
 struct PlateInfo {
-    std::string path;         ///< as the user gave it
+    std::string path;  ///< as the user gave it
     bool isMovie = false;
-    bool isStill = false;     ///< one image, no pattern
+    bool isStill = false;  ///< one image, no pattern
     int width = 0, height = 0;
-    double fps = 24;          ///< frames per second (average, for a variable rate) [1/s]
+    double fps = 24;  ///< frames per second (average, for a variable rate) [1/s]
     bool isVariableRate = false;
-    double pixelAspect = 1;   ///< width of a pixel / its height
+    double pixelAspect = 1;           ///< width of a pixel / its height
     std::vector<FrameNumber> frames;  ///< every frame that exists, ascending
     bool hasAlpha = false;
-    int bitDepth = 8;         ///< of a channel in the file; 16 and 32 for half and float
-    bool isFloat = false;     ///< half or float file
-    std::string colorspace;   ///< the colour space that the pixels are converted from
-    std::string colorspaceSource;     ///< why: "flag", "metadata", "file rules of $OCIO", "guess: ..."
-    std::string workingColorspace;    ///< what they are converted to: linear, in the same primaries
-    std::string format;       ///< for the log: "h264 yuv420p", "openexr half"
+    int bitDepth = 8;               ///< of a channel in the file; 16 and 32 for half and float
+    bool isFloat = false;           ///< half or float file
+    std::string colorspace;         ///< the colour space that the pixels are converted from
+    std::string colorspaceSource;   ///< why: "flag", "metadata", "file rules of $OCIO", "guess: ..."
+    std::string workingColorspace;  ///< what they are converted to: linear, in the same primaries
+    std::string format;             ///< for the log: "h264 yuv420p", "openexr half"
 };
 
 /// Metadata, time stamps, source pixels: what a frame carries through to the writer untouched. Opaque above io.
@@ -54,10 +54,10 @@ struct FrameExtras;
 
 struct PlateFrame {
     FrameNumber number = 0;
-    double time_s = 0;        ///< presentation time from the start of the plate (number / fps for sequences) [s]
-    ImageF pixels;            ///< RGBA
+    double time_s = 0;  ///< presentation time from the start of the plate (number / fps for sequences) [s]
+    ImageF pixels;      ///< RGBA
     std::shared_ptr<const FrameExtras> extras;
-    std::string repaired;     ///< empty, or a sentence: "held from frame 12: ..."
+    std::string repaired;  ///< empty, or a sentence: "held from frame 12: ..."
 };
 
 /// Reads frames by number, ahead of time on its own threads when they are asked for in the order of `schedule`.
@@ -77,11 +77,11 @@ public:
 std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options);
 
 struct WriteOptions {
-    std::string outputColorspace;       ///< empty: the plate's own
-    std::string codec;                  ///< FFmpeg encoder name, or compression of EXR and TIFF; empty: as the plate
-    std::optional<double> quality;      ///< CRF or quantiser of the codec; 1..100 for JPEG
-    std::optional<bool> half;           ///< EXR channels as half, or as float; nothing: float if the plate is, else half
-    bool layers = false;                ///< EXR: write RenderedFrame::layers beside the beauty
+    std::string outputColorspace;   ///< empty: the plate's own
+    std::string codec;              ///< FFmpeg encoder name, or compression of EXR and TIFF; empty: as the plate
+    std::optional<double> quality;  ///< CRF or quantiser of the codec; 1..100 for JPEG
+    std::optional<bool> half;       ///< EXR channels as half, or as float; nothing: float if the plate is, else half
+    bool layers = false;            ///< EXR: write RenderedFrame::layers beside the beauty
 };
 
 /// One named image of a frame: channel c of `pixels` is written as "<name>.<channels[c]>".
@@ -89,12 +89,12 @@ struct Layer {
     std::string name;                   ///< "rain", "splash", "fog", "plate"
     std::vector<std::string> channels;  ///< {"R","G","B","A"}, {"Z"}, {"x","y"}
     ImageF pixels;
-    bool isData = false;                ///< no colour conversion: depth, motion
+    bool isData = false;  ///< no colour conversion: depth, motion
 };
 
 struct RenderedFrame {
     FrameNumber number = 0;
-    ImageF beauty;                      ///< RGBA
+    ImageF beauty;  ///< RGBA
     std::vector<Layer> layers;
     std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
 };
@@ -123,7 +123,7 @@ struct RawImage {
     std::vector<std::string> channelNames;  ///< as in the file: "R", "Z", "rain.A"
     bool isFloat = false;                   ///< half or float in the file; integers are NOT scaled to 0..1 here
     int bitDepth = 8;
-    bool isDisplayReferred = false;         ///< 8/16-bit picture formats that hold sRGB-like values
+    bool isDisplayReferred = false;  ///< 8/16-bit picture formats that hold sRGB-like values
 };
 RawImage readRawImage(const std::string& path);
 

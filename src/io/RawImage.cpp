@@ -37,11 +37,13 @@ ImageF readLinearImage(const std::string& path, const std::string& colorspace)
 void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half)
 {
     checkOutputFolder(path);
-    if (imageFormatOf(path) != "openexr") throw Error(ErrorCode::Output, "{}: this is written as EXR, name it .exr", path);
+    if (imageFormatOf(path) != "openexr")
+        throw Error(ErrorCode::Output, "{}: this is written as EXR, name it .exr", path);
     ImageToWrite image;
     image.compression = "zip";
     for (int c = 0; c < pixels.channels(); ++c)
-        image.channels.push_back({channelNames.at(std::size_t(c)), half ? SampleType::Half : SampleType::Float, pixels, c});
+        image.channels.push_back(
+            {channelNames.at(std::size_t(c)), half ? SampleType::Half : SampleType::Float, pixels, c});
     writeImageFile(path, image);
 }
 
@@ -50,7 +52,8 @@ void writePng(const std::string& path, ConstImageViewF linear)
     checkOutputFolder(path);
     if (imageFormatOf(path) != "png") throw Error(ErrorCode::Output, "{}: this is written as PNG, name it .png", path);
     ImageF codes(linear.width(), linear.height(), linear.channels());
-    for (int y = 0; y < codes.height(); ++y) std::copy_n(linear.row(y), std::size_t(codes.width()) * std::size_t(codes.channels()), codes.row(y));
+    for (int y = 0; y < codes.height(); ++y)
+        std::copy_n(linear.row(y), std::size_t(codes.width()) * std::size_t(codes.channels()), codes.row(y));
     linearToCodes(codes, *makeColorTransform("Linear Rec.709", "sRGB"), true);
     static const char* const names[] = {"R", "G", "B", "A"};
     ImageToWrite image;

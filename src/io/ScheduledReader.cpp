@@ -99,9 +99,7 @@ private:
     {
         std::unique_lock lock(mutex_);
         for (;;) {
-            changed_.wait(lock, [&] {
-                return stopping_ || claimed_ >= schedule_.size() || claimed_ < next_ + ahead_;
-            });
+            changed_.wait(lock, [&] { return stopping_ || claimed_ >= schedule_.size() || claimed_ < next_ + ahead_; });
             if (stopping_ || claimed_ >= schedule_.size()) return;
             const std::size_t index = claimed_++;
             lock.unlock();

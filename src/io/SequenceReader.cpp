@@ -56,9 +56,10 @@ private:
     {
         std::vector<FrameNumber> missing;
         for (std::size_t i = 1; i < info_.frames.size(); ++i)
-            for (FrameNumber n = info_.frames[i - 1] + 1; n < info_.frames[i] && missing.size() < 100000; ++n) missing.push_back(n);
+            for (FrameNumber n = info_.frames[i - 1] + 1; n < info_.frames[i] && missing.size() < 100000; ++n)
+                missing.push_back(n);
         if (!missing.empty())
-            log::warning("{}: {} of the frames {}-{} are missing: {}", pattern_, missing.size(), info_.frames.front(),
+            log::warning("{}: between frames {} and {} these are missing: {}", pattern_, info_.frames.front(),
                          info_.frames.back(), formatFrameRange(missing));
     }
 

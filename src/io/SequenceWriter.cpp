@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <mutex>
 #include <set>
+#include <string_view>
 #include <thread>
 
 #include "core/Error.h"
@@ -21,7 +23,8 @@ int writerThreads() { return int(std::clamp(std::thread::hardware_concurrency(),
 
 class SequenceWriter final : public PlateWriter {
 public:
-    SequenceWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin, const WriteOptions& options)
+    SequenceWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
+                   const WriteOptions& options)
         : pattern_(path), plate_(plate), format_(imageFormatOf(path)), isPattern_(isFramePattern(path)),
           withLayers_(options.layers)
     {
@@ -40,7 +43,8 @@ public:
     void write(RenderedFrame frame) override
     {
         if (!isPattern_ && written_++ > 0)
-            throw Error(ErrorCode::Output, "{}: is one image, but there are several frames; name a pattern such as shot.%04d.exr",
+            throw Error(ErrorCode::Output,
+                        "{}: is one image, but there are several frames; name a pattern such as shot.%04d.exr",
                         pattern_);
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));
         queue_.push([this, shared] { writeFile(*shared); });
@@ -76,15 +80,17 @@ private:
 
     void chooseCompression(const WriteOptions& options)
     {
-        static const std::set<std::string> exr = {"none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"};
+        static const std::set<std::string> exr = {"none",  "rle", "zip",  "zips", "piz",
+                                                  "pxr24", "b44", "b44a", "dwaa", "dwab"};
         static const std::set<std::string> tiff = {"none", "lzw", "zip", "packbits"};
         const std::set<std::string>* known = format_ == "openexr" ? &exr : format_ == "tiff" ? &tiff : nullptr;
         if (!options.codec.empty()) {
             if (known == nullptr)
-                throw Error(ErrorCode::InvalidArgument, "codec '{}': {} files have none to choose", options.codec, format_);
+                throw Error(ErrorCode::InvalidArgument, "codec '{}': {} files have none to choose", options.codec,
+                            format_);
             if (!known->contains(options.codec))
-                throw Error(ErrorCode::InvalidArgument, "codec '{}' is not known for {} files; there are {}", options.codec,
-                            format_, fmt::join(*known, ", "));
+                throw Error(ErrorCode::InvalidArgument, "codec '{}' is not known for {} files; there are {}",
+                            options.codec, format_, fmt::join(*known, ", "));
             compression_ = options.codec;
             if (options.quality && (options.codec == "dwaa" || options.codec == "dwab"))
                 compression_ += fmt::format(":{:g}", *options.quality);
@@ -100,7 +106,8 @@ private:
         static const std::set<std::string> lossless = {"none", "rle", "zip", "zips", "piz"};
         if (frame.extras && frame.extras->fileFormat == format_)
             for (const Attribute& attribute : frame.extras->attributes)
-                if (attribute.name == "compression" && attribute.strings.size() == 1 && lossless.contains(attribute.strings[0]))
+                if (attribute.name == "compression" && attribute.strings.size() == 1 &&
+                    lossless.contains(attribute.strings[0]))
                     return attribute.strings[0];
         return "zip";
     }
@@ -109,7 +116,10 @@ private:
     std::vector<Attribute> attributesFor(const RenderedFrame& frame) const
     {
         std::vector<Attribute> result;
-        if (!frame.extras) return result;
+        if (!frame.extras) {
+            addChromaticities(result);
+            return result;
+        }
         const bool sameFormat = frame.extras->fileFormat == format_, sameColor = colorspace_ == plate_.colorspace;
         for (const Attribute& attribute : frame.extras->attributes) {
             if (attribute.name == "compression") continue;
@@ -118,15 +128,33 @@ private:
             if (!sameFormat && attribute.name.starts_with(frame.extras->fileFormat + ":")) continue;
             result.push_back(attribute);
         }
+        addChromaticities(result);
         return result;
+    }
+
+    /// EXR files say which primaries they are in, unless they came without and are Rec.709, as everybody assumes.
+    void addChromaticities(std::vector<Attribute>& attributes) const
+    {
+        const Primaries* p = primariesOf(colorspace_);
+        const bool isKnown = std::any_of(attributes.begin(), attributes.end(),
+                                         [](const Attribute& a) { return a.name == "chromaticities"; });
+        if (format_ != "openexr" || p == nullptr || isKnown || std::string_view(p->linearName) == "Linear Rec.709")
+            return;
+        Attribute attribute{"chromaticities", "float[8]", std::vector<std::byte>(8 * sizeof(float)), {}};
+        const float values[8] = {float(p->red[0]),  float(p->red[1]),  float(p->green[0]), float(p->green[1]),
+                                 float(p->blue[0]), float(p->blue[1]), float(p->white[0]), float(p->white[1])};
+        std::memcpy(attribute.data.data(), values, sizeof values);
+        attributes.push_back(std::move(attribute));
     }
 
     void writeFile(RenderedFrame& frame)
     {
         static const char* const rgba[] = {"R", "G", "B", "A"};
-        if (frame.beauty.width() != plate_.width || frame.beauty.height() != plate_.height || frame.beauty.channels() != 4)
-            throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}", frame.number,
-                        frame.beauty.width(), frame.beauty.height(), frame.beauty.channels(), plate_.width, plate_.height);
+        if (frame.beauty.width() != plate_.width || frame.beauty.height() != plate_.height ||
+            frame.beauty.channels() != 4)
+            throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}",
+                        frame.number, frame.beauty.width(), frame.beauty.height(), frame.beauty.channels(),
+                        plate_.width, plate_.height);
         ImageToWrite image;
         image.isStraight = writesAlpha_ && !isFloat();
         image.bits = bits_;

@@ -97,7 +97,9 @@ void SoundCopy::copyUntil(std::int64_t end)
         const AVRational timeBase = s.input->streams[packet.stream_index]->time_base;
         // The middle of a packet decides on which side of a cut it is.
         const std::int64_t middle = start + packet.duration / 2;
-        if (end != std::numeric_limits<std::int64_t>::max() && av_compare_ts(middle, timeBase, end, s.videoTimeBase) >= 0) break;
+        if (end != std::numeric_limits<std::int64_t>::max() &&
+            av_compare_ts(middle, timeBase, end, s.videoTimeBase) >= 0)
+            break;
         if (s.cutStart && av_compare_ts(middle, timeBase, *s.cutStart, s.videoTimeBase) < 0) {
             s.pending.reset();
             continue;
@@ -111,7 +113,8 @@ void SoundCopy::copyUntil(std::int64_t end)
         const int result = av_interleaved_write_frame(s.output, &packet);
         s.pending.reset();
         if (result < 0)
-            throw Error(ErrorCode::Output, "{}: the plate's sound cannot be written ({})", s.outputPath, errorText(result));
+            throw Error(ErrorCode::Output, "{}: the plate's sound cannot be written ({})", s.outputPath,
+                        errorText(result));
     }
 }
 

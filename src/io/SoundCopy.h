@@ -9,8 +9,8 @@
 
 namespace virga::io {
 
-/// Copies the sound and subtitles of the plate's movie into another one, packet by packet and unchanged. Kept beside the
-/// pictures in time: call copyUntil as the pictures are written.
+/// Copies the sound and subtitles of the plate's movie into another one, packet by packet and unchanged. Kept beside
+/// the pictures in time: call copyUntil as the pictures are written.
 class SoundCopy {
 public:
     /// Adds a stream to `output` for each of the plate's that its container can hold, and warns of each that it cannot.

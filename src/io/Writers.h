@@ -12,8 +12,8 @@ namespace virga::io {
 bool isMovieName(const std::string& path);
 
 /// Both throw what createPlateWriter says. `origin` is null for plates that are no movie and must outlive the writer.
-std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
-                                               const WriteOptions& options);
+std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const PlateInfo& plate,
+                                               const MovieOrigin* origin, const WriteOptions& options);
 std::unique_ptr<PlateWriter> createSequenceWriter(const std::string& path, const PlateInfo& plate,
                                                   const MovieOrigin* origin, const WriteOptions& options);
 

@@ -239,44 +239,45 @@ void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstIm
     // Whole chroma rows to a thread: a piece is so many blocks of rows that share their chroma.
     parallelFor(0, samplesFor(picture.height, format.chromaShiftY), rowsPerPiece / blockRows,
                 [&](std::ptrdiff_t firstBlock, std::ptrdiff_t lastBlock) {
-        Rows rows(width, 6);
-        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = format.hasAlpha ? rows[3] : nullptr;
-        float *cbSums = rows[4], *crSums = rows[5];
-        const auto row = [&](int plane, std::ptrdiff_t line) {
-            return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
-        };
-        for (std::ptrdiff_t block = firstBlock; block < lastBlock; ++block) {
-            const std::ptrdiff_t top = block * blockRows;
-            const std::ptrdiff_t bottom = std::min<std::ptrdiff_t>(top + blockRows, picture.height);
-            std::fill_n(cbSums, chromaWidth, 0.0f);
-            std::fill_n(crSums, chromaWidth, 0.0f);
-            for (std::ptrdiff_t y = top; y < bottom; ++y) {
-                deinterleave(rgba.row(int(y)), width, red, green, blue, alpha);
-                if (transform) toCode.apply(red, green, blue, std::size_t(width));
-                if (alpha != nullptr) storeRow(alpha, width, alphaQ, bytes, row(format.planes() - 1, y));
-                if (format.family == PlanarFormat::Family::Rgb) {
-                    storeRow(green, width, lumaQ, bytes, row(0, y));
-                    storeRow(blue, width, lumaQ, bytes, row(1, y));
-                    storeRow(red, width, lumaQ, bytes, row(2, y));
-                    continue;
-                }
-                yuvFromRgb(matrix, width, red, green, blue);
-                storeRow(red, width, lumaQ, bytes, row(0, y));
-                if (isGrey) continue;
-                addChroma(blue, format.chromaShiftX, width, cbSums);
-                addChroma(green, format.chromaShiftX, width, crSums);
-            }
-            if (!isYuv) continue;
-            for (int c = 0; c < chromaWidth; ++c) {
-                const int columns = std::min(blockColumns, width - (c << format.chromaShiftX));
-                const float share = 1.0f / float(columns * int(bottom - top));
-                cbSums[c] *= share;
-                crSums[c] *= share;
-            }
-            storeRow(cbSums, chromaWidth, chromaQ, bytes, row(1, block));
-            storeRow(crSums, chromaWidth, chromaQ, bytes, row(2, block));
-        }
-    });
+                    Rows rows(width, 6);
+                    float *red = rows[0], *green = rows[1], *blue = rows[2],
+                          *alpha = format.hasAlpha ? rows[3] : nullptr;
+                    float *cbSums = rows[4], *crSums = rows[5];
+                    const auto row = [&](int plane, std::ptrdiff_t line) {
+                        return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
+                    };
+                    for (std::ptrdiff_t block = firstBlock; block < lastBlock; ++block) {
+                        const std::ptrdiff_t top = block * blockRows;
+                        const std::ptrdiff_t bottom = std::min<std::ptrdiff_t>(top + blockRows, picture.height);
+                        std::fill_n(cbSums, chromaWidth, 0.0f);
+                        std::fill_n(crSums, chromaWidth, 0.0f);
+                        for (std::ptrdiff_t y = top; y < bottom; ++y) {
+                            deinterleave(rgba.row(int(y)), width, red, green, blue, alpha);
+                            if (transform) toCode.apply(red, green, blue, std::size_t(width));
+                            if (alpha != nullptr) storeRow(alpha, width, alphaQ, bytes, row(format.planes() - 1, y));
+                            if (format.family == PlanarFormat::Family::Rgb) {
+                                storeRow(green, width, lumaQ, bytes, row(0, y));
+                                storeRow(blue, width, lumaQ, bytes, row(1, y));
+                                storeRow(red, width, lumaQ, bytes, row(2, y));
+                                continue;
+                            }
+                            yuvFromRgb(matrix, width, red, green, blue);
+                            storeRow(red, width, lumaQ, bytes, row(0, y));
+                            if (isGrey) continue;
+                            addChroma(blue, format.chromaShiftX, width, cbSums);
+                            addChroma(green, format.chromaShiftX, width, crSums);
+                        }
+                        if (!isYuv) continue;
+                        for (int c = 0; c < chromaWidth; ++c) {
+                            const int columns = std::min(blockColumns, width - (c << format.chromaShiftX));
+                            const float share = 1.0f / float(columns * int(bottom - top));
+                            cbSums[c] *= share;
+                            crSums[c] *= share;
+                        }
+                        storeRow(cbSums, chromaWidth, chromaQ, bytes, row(1, block));
+                        storeRow(crSums, chromaWidth, chromaQ, bytes, row(2, block));
+                    }
+                });
 }
 
 }  // namespace virga::io

@@ -31,8 +31,9 @@ struct PlanarFormat {
 
 /// What the codes mean. ITU-T H.273.
 struct YuvCoding {
-    double kr = 0.2126, kb = 0.0722;  ///< weight of red and blue in luma: BT.709 (601: 0.299, 0.114; 2020: 0.2627, 0.0593)
-    bool fullRange = false;           ///< 0..2^bits-1, else 16..235 and 16..240 scaled to the bits
+    double kr = 0.2126,
+           kb = 0.0722;      ///< weight of red and blue in luma: BT.709 (601: 0.299, 0.114; 2020: 0.2627, 0.0593)
+    bool fullRange = false;  ///< 0..2^bits-1, else 16..235 and 16..240 scaled to the bits
 };
 
 template <class Byte>
@@ -49,8 +50,8 @@ using ConstPlanarPicture = BasicPlanarPicture<const std::uint8_t>;
 void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
                     const ColorTransform& toLinear, ImageView<float> rgba);
 
-/// The other way: divided by alpha if the format has one (alpha 0 gives black), through `toCode`, rounded to nearest and
-/// held to what a sample can hold; NaN gives 0. Luma and chroma may pass 235 and 16: footage does.
+/// The other way: divided by alpha if the format has one (alpha 0 gives black), through `toCode`, rounded to nearest
+/// and held to what a sample can hold; NaN gives 0. Luma and chroma may pass 235 and 16: footage does.
 void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
                     const ColorTransform& toCode, const PlanarPicture& picture);
 
