@@ -17,11 +17,13 @@ extern "C" {
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <set>
 
 #include "core/Error.h"
 #include "core/Log.h"
 #include "core/Parallel.h"
 #include "io/ColorConversion.h"
+#include "io/Ffv1Checksum.h"
 #include "io/FrameSource.h"
 #include "io/Libav.h"
 
@@ -163,6 +165,9 @@ private:
                 picture.isKey = (packet->flags & AV_PKT_FLAG_KEY) != 0;
                 picture.isDamaged = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
                 if (picture.time == AV_NOPTS_VALUE) countsPictures_ = true;
+                if (stream()->codecpar->codec_id == AV_CODEC_ID_FFV1 && pictures_.size() < 4)
+                    hasChecksums_ = hasChecksums_ ||
+                                    checkFfv1Packet(packet->data, std::size_t(packet->size)) != Ffv1Checksum::Absent;
                 pictures_.push_back(picture);
             }
             av_packet_unref(packet.get());
@@ -376,7 +381,7 @@ private:
                     if (packet->dts != AV_NOPTS_VALUE && key.decodeTime != AV_NOPTS_VALUE &&
                         packet->dts > key.decodeTime)
                         break;
-                    avcodec_send_packet(decoder_.get(), packet.get());
+                    send(*packet);
                     return true;
                 }
                 av_packet_unref(packet.get());
@@ -422,7 +427,8 @@ private:
     /// last_, unless the decoder had to make parts of it up.
     const AVFrame& checked(FrameNumber number) const
     {
-        if (last_->decode_error_flags != 0 || (last_->flags & AV_FRAME_FLAG_CORRUPT) != 0)
+        if (wrongTimes_.contains(lastTime_) || last_->decode_error_flags != 0 ||
+            (last_->flags & AV_FRAME_FLAG_CORRUPT) != 0)
             throw Error(ErrorCode::Input, "{}: frame {} is damaged", path_, number);
         return *last_;
     }
@@ -454,14 +460,21 @@ private:
         return false;
     }
 
+    /// A packet into the decoder. What it cannot use shows as a picture that does not come.
+    void send(const AVPacket& packet)
+    {
+        if (hasChecksums_ && checkFfv1Packet(packet.data, std::size_t(packet.size)) != Ffv1Checksum::Right)
+            wrongTimes_.insert(packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts);
+        avcodec_send_packet(decoder_.get(), &packet);
+    }
+
     /// One packet into the decoder, or the sign that there are no more.
     void feed()
     {
         const Packet packet = makePacket();
         while (av_read_frame(input_.get(), packet.get()) >= 0) {
             if (packet->stream_index == streamIndex_ && packet->size > 0) {
-                avcodec_send_packet(decoder_.get(),
-                                    packet.get());  // what it cannot use shows as a picture that is missing
+                send(*packet);
                 return;
             }
             av_packet_unref(packet.get());
@@ -501,8 +514,10 @@ private:
     Input input_;
     int streamIndex_ = -1;
     Codec decoder_;
-    std::vector<Picture> pictures_;  // in order of showing
-    bool countsPictures_ = false;    // no time stamps: Picture::time is a count
+    std::vector<Picture> pictures_;      // in order of showing
+    bool hasChecksums_ = false;          // FFV1 packets carry them
+    std::set<std::int64_t> wrongTimes_;  // presentation times of packets whose checksum is wrong
+    bool countsPictures_ = false;        // no time stamps: Picture::time is a count
 
     Orientation orientation_;
     PlanarFormat format_;
