@@ -25,7 +25,7 @@ layout(binding = 1) uniform sampler2D sceneDepth;
 layout(binding = 2) uniform sampler2D fogTable;
 #endif
 layout(binding = 4) uniform sampler2D lightGrid;
-#ifdef BOOST
+#if defined(BOOST) || defined(FOG)
 layout(binding = 5) uniform sampler2D lowPassGrid;
 #endif
 
@@ -46,14 +46,21 @@ void main()
 #if defined(RAIN) || defined(SPLASHES) || defined(FOG)
     vec2 place = ((vec2(pixel) + 0.5) / float(lightGridStep) + 0.5) / vec2(textureSize(lightGrid, 0));
     vec3 drop = textureLod(lightGrid, place, 0.0).rgb;
+#if defined(BOOST) || defined(FOG)
+    vec3 behind = textureLod(lowPassGrid, place, 0.0).rgb;
+#endif
 #ifdef BOOST
     vec3 detail = background.rgb;
-    if (frame.boost.y == 0.0) detail -= textureLod(lowPassGrid, place, 0.0).rgb;
+    if (frame.boost.y == 0.0) detail -= behind;
     vec3 lit = max(drop + frame.boost.x * detail, vec3(0.0));
 #else
     vec3 lit = drop;
 #endif
-    vec3 airlight = mix(drop, frame.fogColor.rgb, frame.fogColor.a);
+#ifdef FOG
+    // Of what a large drop takes out of a beam half is refracted and reflected, half is diffracted straight on
+    // (Babinet): the fog returns the mean of the drop's light and of what is behind it.
+    vec3 airlight = mix(0.5 * (drop + behind), frame.fogColor.rgb, frame.fogColor.a);
+#endif
 #endif
 
 #ifdef FOG
@@ -74,8 +81,11 @@ void main()
         splashAccumulators[2u * index] = 0u;
         splashAccumulators[2u * index + 1u] = 0u;
         splash.a = 1.0 - exp(-float(splashSteps) / opticalDepthSteps);
-        float clear = float(splashLight) / float(splashSteps);  // of the fog in front
+        splash.rgb = splash.a * lit;
+#ifdef FOG
+        float clear = float(splashLight) / float(splashSteps);  // share that the fog in front lets through
         splash.rgb = splash.a * mix(airlight, lit, clear);
+#endif
     }
     result = over(splash, result);
 #endif

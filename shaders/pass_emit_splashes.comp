@@ -17,7 +17,7 @@ layout(std430, binding = 13) buffer SplashList { uint splashGroups, splashY, spl
 
 const int blockSize = 4;          // pixels along the edge of a block
 const float faceUp = 0.7;         // least cosine between the surface's normal and up
-const float atEdge = 0.1;         // relative step in depth over half a block that is taken for an edge
+const float atEdge = 0.04;        // bend of inverse depth over a block, relative, that is taken for an edge
 const uint mostPerCell = 8u;
 
 /// The point that a pixel shows, from the camera, world axes.
@@ -53,17 +53,17 @@ void main()
     float depth = depthAt(pixel);
     if (!(depth < frame.splashDrop.w)) return;
 
-    // The plane through the block, from the neighbours on the side where depth changes least.
     const int reach = blockSize / 2;
     float left = depthAt(pixel - ivec2(reach, 0)), right = depthAt(pixel + ivec2(reach, 0));
     float above = depthAt(pixel - ivec2(0, reach)), below = depthAt(pixel + ivec2(0, reach));
-    bool useRight = abs(right - depth) < abs(left - depth), useBelow = abs(below - depth) < abs(above - depth);
-    float beside = useRight ? right : left, over = useBelow ? below : above;
-    if (abs(beside - depth) > atEdge * depth || abs(over - depth) > atEdge * 4.0 * depth) return;
+    // Planes are straight in inverse depth. Leaves, wires and edges are not, and no splash can be seen on them.
+    float nearness = 1.0 / depth;
+    vec2 bend = abs(vec2(1.0 / left + 1.0 / right, 1.0 / above + 1.0 / below) - 2.0 * nearness);
+    if (any(greaterThan(bend, vec2(atEdge * nearness)))) return;
     vec2 centre = vec2(pixel) + 0.5;
     vec3 here = pointAt(centre, depth);
-    vec3 across = pointAt(centre + vec2(useRight ? reach : -reach, 0.0), beside) - here;
-    vec3 down = pointAt(centre + vec2(0.0, useBelow ? reach : -reach), over) - here;
+    vec3 across = pointAt(centre + vec2(reach, 0.0), right) - here;
+    vec3 down = pointAt(centre + vec2(0.0, reach), below) - here;
     vec3 normal = normalize(cross(across, down));
     if (normal.y < 0.0) normal = -normal;
     if (normal.y < faceUp) return;

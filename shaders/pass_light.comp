@@ -7,7 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 4) uniform sampler2D dropRadiance;
 layout(binding = 0, rgba32f) writeonly uniform image2D lightGrid;
-#ifdef BOOST
+#ifdef LOW_PASS
 layout(binding = 5) uniform sampler2D lowPassBackground;
 layout(binding = 1, rgba32f) writeonly uniform image2D lowPassGrid;
 #endif
@@ -28,7 +28,7 @@ void main()
     vec3 direction = transpose(mat3(frame.cameraFromWorldOpen)) * pixelRay(vec2(node * lightGridStep));
     vec2 place = equirectangular(direction);
     imageStore(lightGrid, node, textureLod(dropRadiance, place, 0.0));
-#ifdef BOOST
+#ifdef LOW_PASS
     imageStore(lowPassGrid, node, textureLod(lowPassBackground, place, 0.0));
 #endif
 }

@@ -50,7 +50,7 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
     if (features.light()) {
         const int columns = width / shared::lightGridStep + 2, rows = height / shared::lightGridStep + 2;
         lightGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
-        if (features.boost) lowPassGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
+        if (features.lowPass()) lowPassGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
     }
     if (features.layers) layers_ = gl::Buffer(4 * pixels * 4 * sizeof(float), 0);
     if (features.nearest) {
@@ -85,7 +85,7 @@ void FrameTargets::uploadFogTable(const std::vector<float>& opticalDepth)
 void FrameTargets::uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground)
 {
     dropRadiance_ = equirectangularTexture(radiance);
-    if (features_.boost) lowPass_ = equirectangularTexture(lowPassBackground);
+    if (features_.lowPass()) lowPass_ = equirectangularTexture(lowPassBackground);
 }
 
 void FrameTargets::uploadLut(int size, const std::vector<float>& rgb)

@@ -27,6 +27,7 @@ struct Features {
     bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
 
     bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
+    bool lowPass() const { return boost || fog; }           ///< something needs the smooth background too
     bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }
 };
 

@@ -3,7 +3,7 @@
 namespace virga::passes {
 
 LightPass::LightPass(const Features& features, const std::string& shaderFolder)
-    : program_("pass_light.comp", features.boost ? gl::Defines{{"BOOST", ""}} : gl::Defines{}, shaderFolder)
+    : program_("pass_light.comp", features.lowPass() ? gl::Defines{{"LOW_PASS", ""}} : gl::Defines{}, shaderFolder)
 {
 }
 

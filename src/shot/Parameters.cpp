@@ -27,7 +27,7 @@ constexpr Parameter table[] = {
     {"wind", "rain", "m/s", -100, 100, "steady wind along world x,z", &S::wind_m_s},
     {"gust", "rain", "m/s", 0, 50, "rms of the wind's slow changes", &S::gust_m_s},
     {"turbulence", "rain", "m/s", 0, 20, "rms of a drop's own small changes of velocity", &S::turbulence_m_s},
-    {"opacity", "rain", "x", 0, 100, "multiplies the strokes' opacity", &S::opacity},
+    {"opacity", "rain", "x", 0, 100, "multiplies the strokes' opacity; 1 is what a drop covers, 2 matches filmed rain (docs/realism.md)", &S::opacity},
     {"near", "rain", "m", 0.01, 1e4, "no stroke nearer than this", &S::near_m},
     {"far", "rain", "m", 0.02, 1e6, "no rain beyond this, drawn or as fog", &S::far_m},
     {"threshold", "rain", "", 1e-5, 0.5, "least opacity of a stroke that is drawn; fainter ones are fog", &S::threshold},

@@ -60,7 +60,7 @@ particles::Visibility limitsOf(const Settings& s)
 }  // namespace
 
 RainModel::RainModel(const Settings& s, const particles::Exposure& first)
-    : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), sensorWidth_mm_(s.sensorWidth_mm), fstop_(s.fstop),
+    : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), opacity_(s.opacity), sensorWidth_mm_(s.sensorWidth_mm), fstop_(s.fstop),
       focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_))
 {
 }
@@ -75,8 +75,9 @@ particles::Visibility RainModel::visibility(const particles::Exposure& exposure)
 
 double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposure) const
 {
-    return field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
-                                      sizes_.extinction(1.0));
+    // What strokes gain in opacity the undrawn drops gain too, or the threshold would change how much rain there is.
+    return opacity_ * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
+                                                 sizes_.extinction(1.0));
 }
 
 void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,

@@ -27,7 +27,7 @@ public:
 private:
     rainfall::DropSizes sizes_;
     particles::Visibility limits_;
-    double aperture_mm_ = 0, sensorWidth_mm_ = 0, fstop_ = 0, focus_m_ = 0;
+    double opacity_, sensorWidth_mm_, fstop_, focus_m_;
     particles::RainField field_;
 };
 

@@ -23,18 +23,18 @@ struct Settings {
     std::array<double, 2> wind_m_s{0, 0};
     double gust_m_s = 0.3;
     double turbulence_m_s = 0.25;
-    double opacity = 1;
+    double opacity = 2.5;
     double near_m = 0.5;
-    double far_m = 500;
-    double threshold = 0.002;
+    double far_m = 200;
+    double threshold = 0.006;
     std::int64_t seed = 1;
     std::string mattes;
     // camera
     AutoNumber shutter_deg;
     AutoNumber exposure_s;
     AutoNumber fov_deg;
-    double focus_m = 8;
-    double fstop = 5.6;
+    double focus_m = 5;
+    double fstop = 8;
     double sensorWidth_mm = 24.9;
     std::string camera;
     AutoNumber fps;
