@@ -1,10 +1,12 @@
 // Frame times of the stroke renderer: drops to picture, on this machine's device.
-//   bench_strokes [--device auto|cpu|gpu|N] [--frames N] [--write FILE.ppm]
-// Prints the machine, then a line a case; GPU time by timer queries, read-back and list building apart.
+//   bench_strokes [--device auto|cpu|gpu|N] [--frames N] [--only CASE] [--shaders DIR] [--write FILE.ppm]
+// Prints the machine, then a line a case; GPU time by timer queries, read-back and list building apart, and the time of
+// all processors together, which a busy machine does not stretch.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <map>
 #include <string>
@@ -50,8 +52,22 @@ void writePicture(const std::string& path, const ImageF& image)
             }
 }
 
-void run(const Case& c, int frames, const std::string& picture)
+double cpuSeconds()
 {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+struct Options {
+    std::string device = "auto", picture, only, shaders;
+    int frames = 20;
+};
+
+void run(const Case& c, const Options& options)
+{
+    if (!options.only.empty() && options.only != c.name) return;
+    const int frames = options.frames;
     const rainfall::DropSizes sizes(25);
     const particles::Motion motion({.wind = {0.8, 0.0}, .gust = 0.3, .turbulence = 0.25});
     particles::Exposure exposure;
@@ -67,9 +83,9 @@ void run(const Case& c, int frames, const std::string& picture)
     features.rain = true;
     features.fog = features.depth = c.light;
     passes::FrameTargets targets(c.width, c.height, features);
-    passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1));
-    const passes::LightPass light(features);
-    const passes::CompositePass composite(features);
+    passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1), options.shaders);
+    const passes::LightPass light(features, options.shaders);
+    const passes::CompositePass composite(features, options.shaders);
 
     ImageF plate(c.width, c.height, 4, 0.05f), depth(c.width, c.height, 1, 40.0f), white(64, 32, 3, 0.9f);
     targets.uploadPlate(plate);
@@ -80,7 +96,9 @@ void run(const Case& c, int frames, const std::string& picture)
     gl::PassTimer timer;
     std::map<std::string, std::vector<double>> times;
     std::size_t drawn = 0, listed = 0;
+    double cpu = 0;
     for (int f = 0; f < frames + 2; ++f) {
+        if (f == 2) cpu = cpuSeconds();
         exposure.open_s = f / 24.0;
         Timer list;
         const particles::CellList cells = field.cellsInView(exposure, visibility);
@@ -115,32 +133,34 @@ void run(const Case& c, int frames, const std::string& picture)
         }
         drawn = strokes.strokeCount();
         listed = cells.drops;
-        if (f == frames + 1 && !picture.empty()) writePicture(picture, beauty);
+        if (f == frames + 1 && !options.picture.empty()) writePicture(options.picture, beauty);
     }
     std::printf("%-34s strokes %8zu of %8zu listed |", c.name, drawn, listed);
     for (const auto& [name, values] : times) std::printf(" %s %.2f ms", name.c_str(), median(values));
-    std::printf("\n");
+    std::printf(" | all processors %.1f ms a frame\n", 1e3 * (cpuSeconds() - cpu) / frames);
 }
 
 }  // namespace
 
 int main(int argc, char** argv)
 try {
-    std::string device = "auto", picture;
-    int frames = 20;
+    Options options;
     for (int i = 1; i + 1 < argc; i += 2) {
-        if (std::strcmp(argv[i], "--device") == 0) device = argv[i + 1];
-        if (std::strcmp(argv[i], "--frames") == 0) frames = std::atoi(argv[i + 1]);
-        if (std::strcmp(argv[i], "--write") == 0) picture = argv[i + 1];
+        const std::string flag = argv[i];
+        if (flag == "--device") options.device = argv[i + 1];
+        if (flag == "--frames") options.frames = std::max(1, std::atoi(argv[i + 1]));
+        if (flag == "--only") options.only = argv[i + 1];
+        if (flag == "--shaders") options.shaders = argv[i + 1];
+        if (flag == "--write") options.picture = argv[i + 1];
     }
-    const gl::Context context(device);
+    const gl::Context context(options.device);
     std::printf("%s, OpenGL %s\n", context.device().renderer.c_str(), context.device().version.c_str());
-    run({"80k.720x480.1/200s", 720, 480, 80e3, 1 / 200.0, false}, frames, picture);
-    run({"80k.720x480.1/48s", 720, 480, 80e3, 1 / 48.0, false}, frames, {});
-    run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, frames, {});
-    run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, std::max(frames / 4, 3), {});
+    run({"80k.720x480.1/200s", 720, 480, 80e3, 1 / 200.0, false}, options);
+    run({"80k.720x480.1/48s", 720, 480, 80e3, 1 / 48.0, false}, options);
+    run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, options);
+    run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, options);
     if (!context.device().isSoftware)
-        run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, frames, {});
+        run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, options);
     return 0;
 } catch (const virga::Error& error) {
     std::fprintf(stderr, "bench_strokes: %s\n", error.what());

@@ -4,7 +4,7 @@
 #include "shared/drop_field.glsl"
 #include "shared/visibility.glsl"
 
-layout(local_size_x = 64) in;  // dropsPerBlock
+layout(local_size_x = 64) in;
 
 layout(std430, binding = 1) readonly buffer Cells { Cell cells[]; };
 layout(std430, binding = 14) readonly buffer Blocks { uint cellOfBlock[]; };
@@ -98,10 +98,10 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 
 void main()
 {
-    uint block = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
-    uint number = block * dropsPerBlock + gl_LocalInvocationID.x;
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
+    uint number = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
     if (number >= frame.picture.z) return;
-    uint at = cellOfBlock[block];
+    uint at = cellOfBlock[number / dropsPerBlock];
     while (at + 1u < cellCount && cells[at + 1u].key.w <= number) ++at;
     Cell cell = cells[at];
     DropClass dropClass = classes[cell.key.z];

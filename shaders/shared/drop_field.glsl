@@ -4,8 +4,8 @@
 #define VIRGA_FN
 #endif
 
-/// Drops that one work group handles.
-const uint dropsPerBlock = 64u;
+/// The cell of every 8th drop is looked up, those of the drops between are found from it.
+const uint dropsPerBlock = 8u;
 
 /// One cell of one size class, in the frame that falls with the class.
 struct Cell {

@@ -101,10 +101,10 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     alongPrefix_.bindStorage(AlongPrefixIndex);
     mattes_.bind(MattesUnit);
 
-    // One work group a block of drops, in rows that no device finds too long.
+    // One invocation a drop; work groups in rows that no device finds too long.
+    const std::size_t groups = (list.drops + 63) / 64;
     emit_.set("cellCount", GLuint(list.cells.size()));
-    emit_.dispatch(GLuint(std::min<std::size_t>(list.blocks.size(), 65535)),
-                   GLuint((list.blocks.size() + 65534) / 65535));
+    emit_.dispatch(GLuint(std::min<std::size_t>(groups, 65535)), GLuint((groups + 65534) / 65535));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
     timer.mark("drops");
     splat(splatSmall_, splatLarge_);
