@@ -116,7 +116,7 @@ void copyOut(const ImageF& image, const Rows<float>& to)
 virga_type typeOf(const shot::Parameter& p)
 {
     // In the order of Parameter::member's alternatives.
-    constexpr virga_type types[] = {VIRGA_NUMBER, VIRGA_NUMBER_OR_AUTO, VIRGA_WHOLE_NUMBER,  VIRGA_SWITCH,
+    constexpr virga_type types[] = {VIRGA_NUMBER, VIRGA_NUMBER_OR_AUTO, VIRGA_WHOLE_NUMBER, VIRGA_SWITCH,
                                     VIRGA_TEXT,   VIRGA_TWO_NUMBERS,    VIRGA_COLOR_OR_AUTO};
     static_assert(std::size(types) == std::variant_size_v<decltype(p.member)>);
     return types[p.member.index()];
@@ -134,7 +134,8 @@ struct Table {
         for (const shot::Parameter& p : parameters) defaults.push_back(shot::toText(settings, p));
         for (std::size_t i = 0; i < parameters.size(); ++i) {
             const shot::Parameter& p = parameters[i];
-            rows.push_back({p.name, p.group, p.unit, typeOf(p), p.least, p.most, defaults[i].c_str(), p.choices, p.help});
+            rows.push_back(
+                {p.name, p.group, p.unit, typeOf(p), p.least, p.most, defaults[i].c_str(), p.choices, p.help});
         }
     }
 };
@@ -148,8 +149,9 @@ const Table& table()
 void makeCompositor(virga_shot& s)
 {
     if (!s.settings.gradeFrom.empty() && s.settings.gradeAmount > 0 && s.plateSamples.empty())
-        throw Error(ErrorCode::InvalidArgument, "grade-from '{}': needs frames of the plate to compare with "
-                                                "(virga_shot_add_plate_sample)",
+        throw Error(ErrorCode::InvalidArgument,
+                    "grade-from '{}': needs frames of the plate to compare with "
+                    "(virga_shot_add_plate_sample)",
                     s.settings.gradeFrom);
     shot::Shot shot = s.shot;
     shot.fps = s.settings.fps.value_or(shot.fps);
@@ -192,8 +194,8 @@ virga_error virga_shot_create(int width, int height, double frames_per_second, v
         needs(shot, "shot");
         *shot = nullptr;
         if (width < 1 || height < 1 || width > mostPixels || height > mostPixels)
-            throw Error(ErrorCode::InvalidArgument, "a picture of {} x {}: each side must be 1 to {} pixels", width, height,
-                        mostPixels);
+            throw Error(ErrorCode::InvalidArgument, "a picture of {} x {}: each side must be 1 to {} pixels", width,
+                        height, mostPixels);
         if (!(frames_per_second > 0) || std::isinf(frames_per_second))
             throw Error(ErrorCode::InvalidArgument, "{} frames a second: must be over 0", frames_per_second);
         auto made = std::make_unique<virga_shot>();
@@ -256,8 +258,8 @@ virga_error virga_shot_is_identity(virga_shot* shot, int* is_identity)
     });
 }
 
-virga_error virga_shot_render(virga_shot* shot, int64_t frame, const float* plate, ptrdiff_t plate_stride, float* beauty,
-                              ptrdiff_t beauty_stride, float* rain, ptrdiff_t rain_stride)
+virga_error virga_shot_render(virga_shot* shot, int64_t frame, const float* plate, ptrdiff_t plate_stride,
+                              float* beauty, ptrdiff_t beauty_stride, float* rain, ptrdiff_t rain_stride)
 {
     return guarded([&] {
         needs(shot, "shot");

@@ -55,25 +55,25 @@ VIRGA_API const char* virga_version(void);
 
 /* How a parameter's text reads. */
 typedef enum virga_type {
-    VIRGA_NUMBER = 0,          /* "25" */
-    VIRGA_NUMBER_OR_AUTO = 1,  /* "180" or "auto" */
-    VIRGA_WHOLE_NUMBER = 2,    /* "7" */
-    VIRGA_SWITCH = 3,          /* "true" or "false" */
-    VIRGA_TEXT = 4,            /* a file name, or one of `choices` */
-    VIRGA_TWO_NUMBERS = 5,     /* "1.5,-2" */
-    VIRGA_COLOR_OR_AUTO = 6    /* "0.2,0.2,0.25", scene-linear, or "auto" */
+    VIRGA_NUMBER = 0,         /* "25" */
+    VIRGA_NUMBER_OR_AUTO = 1, /* "180" or "auto" */
+    VIRGA_WHOLE_NUMBER = 2,   /* "7" */
+    VIRGA_SWITCH = 3,         /* "true" or "false" */
+    VIRGA_TEXT = 4,           /* a file name, or one of `choices` */
+    VIRGA_TWO_NUMBERS = 5,    /* "1.5,-2" */
+    VIRGA_COLOR_OR_AUTO = 6   /* "0.2,0.2,0.25", scene-linear, or "auto" */
 } virga_type;
 
 /* One row of the parameter table. Later versions may add fields at the end. */
 typedef struct virga_parameter {
     const char* name;
-    const char* group;        /* "rain", "camera", "light", "scene", "grade", "file" */
-    const char* unit;         /* "mm/h"; "x" is a plain multiplier; "" for none */
+    const char* group; /* "rain", "camera", "light", "scene", "grade", "file" */
+    const char* unit;  /* "mm/h"; "x" is a plain multiplier; "" for none */
     virga_type type;
-    double least, most;       /* of each number; 0, 0 for texts and switches */
+    double least, most; /* of each number; 0, 0 for texts and switches */
     const char* default_text;
-    const char* choices;      /* words allowed, separated by '|'; NULL if the text is free */
-    const char* help;         /* one line */
+    const char* choices; /* words allowed, separated by '|'; NULL if the text is free */
+    const char* help;    /* one line */
 } virga_parameter;
 
 /* The table, in the order of the documentation. Parameters of the group "file" are about reading and writing files;

@@ -3,26 +3,25 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
 #include <virga/virga.h>
 
 enum { width = 64, height = 36, floats = width * height * 4 };
 
 static int failures = 0;
 
-#define CHECK(condition)                                                                     \
-    do {                                                                                     \
-        if (!(condition)) {                                                                  \
+#define CHECK(condition)                                                                        \
+    do {                                                                                        \
+        if (!(condition)) {                                                                     \
             printf("line %d: not so: %s (%s)\n", __LINE__, #condition, virga_error_sentence()); \
-            ++failures;                                                                      \
-        }                                                                                    \
+            ++failures;                                                                         \
+        }                                                                                       \
     } while (0)
 
 /* Fails unless `code` is `wanted` and the sentence names `word`. */
-#define CHECK_ERROR(code, wanted, word)                              \
-    do {                                                             \
-        CHECK((code) == (wanted));                                   \
-        CHECK(strstr(virga_error_sentence(), (word)) != NULL);       \
+#define CHECK_ERROR(code, wanted, word)                        \
+    do {                                                       \
+        CHECK((code) == (wanted));                             \
+        CHECK(strstr(virga_error_sentence(), (word)) != NULL); \
     } while (0)
 
 static void check_table(void)
@@ -94,13 +93,12 @@ static void check_pictures(virga_shot* shot)
     CHECK(virga_shot_render(shot, 9, plate, 0, again, 0, NULL, 0) == VIRGA_OK);
     CHECK(memcmp(again, beauty, sizeof(again)) != 0);
     CHECK(virga_shot_render(shot, 5, plate, 0, padded, row + 16, NULL, 0) == VIRGA_OK);
-    for (y = 0; y < height; ++y)
-        CHECK(memcmp(padded + y * (width + 1) * 4, beauty + y * width * 4, (size_t)row) == 0);
+    for (y = 0; y < height; ++y) CHECK(memcmp(padded + y * (width + 1) * 4, beauty + y * width * 4, (size_t)row) == 0);
 
     /* Bottom row first in memory, in and out. */
     for (y = 0; y < height; ++y) memcpy(again + (height - 1 - y) * width * 4, plate + y * width * 4, (size_t)row);
-    CHECK(virga_shot_render(shot, 5, again + (height - 1) * width * 4, -row, again + (height - 1) * width * 4, -row, NULL,
-                            0) == VIRGA_OK);
+    CHECK(virga_shot_render(shot, 5, again + (height - 1) * width * 4, -row, again + (height - 1) * width * 4, -row,
+                            NULL, 0) == VIRGA_OK);
     for (y = 0; y < height; ++y)
         CHECK(memcmp(again + (height - 1 - y) * width * 4, beauty + y * width * 4, (size_t)row) == 0);
 
