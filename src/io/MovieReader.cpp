@@ -406,31 +406,38 @@ private:
         if (pictures_[index].isDamaged)
             throw Error(ErrorCode::Input, "{}: frame {} is damaged or cut off", path_, number);
 
-        if (last_ && lastTime_ == target) return checked(number);
+        if (last_ && lastTime_ == target) return checked(index);
         // Decoding on is right when no key picture lies between, or when it is only a few pictures.
         const Picture* key = keyFor(index, 0);
         const bool isNear =
             lastTime_ != nowhere && lastTime_ < target &&
             (index < 8 || pictures_[index - 8].time <= lastTime_ || (key != nullptr && key->time <= lastTime_));
         const bool isFresh = lastTime_ == nowhere && counted_ == 0 && index < 8;
-        if (!drained_ && (isNear || isFresh) && decodeUntil(target)) return checked(number);
+        if (!drained_ && (isNear || isFresh) && decodeUntil(target)) return checked(index);
         for (int earlier = 0; earlier < 2; ++earlier) {
             key = countsPictures_ ? nullptr : keyFor(index, earlier);
             const bool fromStart = key == nullptr || !seekTo(*key);
             if (fromStart) restart();
-            if (decodeUntil(target)) return checked(number);
+            if (decodeUntil(target)) return checked(index);
             if (fromStart) break;
         }
         throw Error(ErrorCode::Input, "{}: frame {} is damaged and cannot be decoded", path_, number);
     }
 
     /// last_, unless the decoder had to make parts of it up.
-    const AVFrame& checked(FrameNumber number) const
+    const AVFrame& checked(std::size_t index) const
     {
-        if (wrongTimes_.contains(lastTime_) || last_->decode_error_flags != 0 ||
-            (last_->flags & AV_FRAME_FLAG_CORRUPT) != 0)
-            throw Error(ErrorCode::Input, "{}: frame {} is damaged", path_, number);
-        return *last_;
+        if (!wrongTimes_.contains(lastTime_) && last_->decode_error_flags == 0 &&
+            (last_->flags & AV_FRAME_FLAG_CORRUPT) == 0)
+            return *last_;
+        const auto nextKey = std::find_if(pictures_.begin() + std::ptrdiff_t(index) + 1, pictures_.end(),
+                                          [](const Picture& picture) { return picture.isKey; });
+        const FrameNumber number = origin_.firstFrame + FrameNumber(index);
+        const FrameNumber lastTouched = origin_.firstFrame + (nextKey - pictures_.begin()) - 1;
+        if (lastTouched > number)
+            throw Error(ErrorCode::Input, "{}: frame {} is damaged; frames up to {} build on it and may show it", path_,
+                        number, lastTouched);
+        throw Error(ErrorCode::Input, "{}: frame {} is damaged", path_, number);
     }
 
     /// Decodes on until the picture shown at `target` is in last_; false if it does not come.

@@ -2,7 +2,8 @@
 // named in this folder's .cpp files alone.
 //
 // Pixels cross this border as scene-linear, premultiplied RGBA float32 in the plate's own primaries, top row first
-// (docs/conventions.md); io converts on both sides.
+// (docs/conventions.md); io converts on both sides, such that pixels that nobody changed come back as the codes that
+// they were. (Colour under an alpha of 0 is lost where a format keeps it straight.)
 #pragma once
 
 #include <atomic>
@@ -102,12 +103,16 @@ struct RenderedFrame {
 /// Writes frames in the order given, encoding on its own thread. Everything is made under a temporary name in the
 /// output's folder and renamed when whole; unless finish() is called the destructor removes what is unfinished
 /// (frames of a sequence that were completed stay).
+///
+/// A movie made from a movie keeps the time stamps of the plate's frames as long as they come in ascending order, holes
+/// included, with the sound cut to match; out of order they run on at the average rate, without sound from there on.
 class PlateWriter {
 public:
     virtual ~PlateWriter() = default;
     /// May block while earlier frames are being encoded. Throws Error(Output) for this or an earlier frame.
     virtual void write(RenderedFrame frame) = 0;
-    /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C.
+    /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C. Without any frame
+    /// there is no movie, and a warning.
     virtual void finish() = 0;
 };
 

@@ -63,9 +63,23 @@ private:
                          info_.frames.back(), formatFrameRange(missing));
     }
 
+    /// Of the first frame, or, if damage is to be survived, of the first whose header can be read.
+    ImageHeader firstReadableHeader(OnError onError) const
+    {
+        if (onError != OnError::Stop)
+            for (const FrameNumber frame : info_.frames) {
+                try {
+                    return readImageHeader(pathOf(frame));
+                } catch (const Error& error) {
+                    if (error.code() != ErrorCode::Input) throw;  // the frame is named again when it is asked for
+                }
+            }
+        return readImageHeader(pathOf(info_.frames.front()));
+    }
+
     void describe(const ReadOptions& options)
     {
-        const ImageHeader header = readImageHeader(pathOf(info_.frames.front()));
+        const ImageHeader header = firstReadableHeader(options.onError);
         info_.width = header.width;
         info_.height = header.height;
         info_.pixelAspect = header.pixelAspect;

@@ -132,6 +132,28 @@ TEST(BadInput, DamagedFramesAreNamedSkippedOrHeld)
     EXPECT_EQ(test::frameHashes(folder / "out.mkv").size(), 11u);
 }
 
+// Where pictures build on one another, the damaged one is named with those that may show it.
+TEST(BadInput, DamageInsideAGroupOfPicturesSaysHowFarItReaches)
+{
+    const TemporaryFolder folder;
+    test::makeMovie(folder / "in.mp4", "-c:v libx264 -g 12 -bf 0 -pix_fmt yuv420p", 36, "320x240");
+    {
+        std::fstream file(folder / "in.mp4", std::ios::in | std::ios::out | std::ios::binary);
+        file.seekp(std::streamoff(fs::file_size(folder / "in.mp4") / 2));
+        file << std::string(40, '\x5a');
+    }
+    const auto reader = openPlate(folder / "in.mp4", {});
+    std::string said;
+    for (const FrameNumber n : reader->info().frames) {
+        try {
+            reader->read(n);
+        } catch (const Error& error) {
+            said += error.what();
+        }
+    }
+    EXPECT_SAYS(said, "is damaged; frames up to 23 build on it");
+}
+
 // Flipped bits anywhere: an Error or pictures, nothing else.
 TEST(BadInput, FlippedBitsNeverCrash)
 {

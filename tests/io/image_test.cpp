@@ -305,6 +305,18 @@ TEST(Images, MissingAndDamagedFramesAreNamedAndSurvived)
     EXPECT_SAYS(held->repaired, "held from frame 2");
 }
 
+TEST(Images, ADamagedFirstFrameIsSurvived)
+{
+    const TemporaryFolder folder;
+    std::ofstream(folder / "a.0001.exr") << "not a picture";
+    for (const int i : {2, 3})
+        writeExr(framePath(folder / "a.####.exr", i), ImageF(8, 8, 4, float(i)), rgbaNames, true);
+    EXPECT_SAYS(test::sentenceOf(ErrorCode::Input, [&] { openPlate(folder / "a.####.exr", {}); }), "a.0001.exr");
+    ReadOptions hold;
+    hold.onError = OnError::Hold;
+    EXPECT_EQ(openPlate(folder / "a.####.exr", hold)->read(1)->pixels.at(0, 0), 2.0f);  // the first good one after it
+}
+
 TEST(Images, AFrameOfAnotherSizeIsRefused)
 {
     const TemporaryFolder folder;
