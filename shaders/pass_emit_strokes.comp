@@ -96,28 +96,60 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     return true;
 }
 
-void main()
+/// Takes the next place of a list. Hardware: one atomic a work group, because the places of a whole device queue at one
+/// counter; software renderers have no queue and pay for barriers instead.
+#ifdef GROUPED
+shared uint wanted[2], first[2];
+uint placeIn(bool large, bool visible)
 {
-    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
-    uint number = group * gl_WorkGroupSize.x + gl_LocalInvocationID.x;
-    if (number >= frame.picture.z) return;
+    if (gl_LocalInvocationID.x < 2u) wanted[gl_LocalInvocationID.x] = 0u;
+    barrier();
+    uint mine = visible ? atomicAdd(wanted[large ? 1 : 0], 1u) : 0u;
+    barrier();
+    if (gl_LocalInvocationID.x == 0u && wanted[0] > 0u) {
+        first[0] = atomicAdd(smallCount, wanted[0]);
+        atomicMax(smallGroups, (first[0] + wanted[0] + 63u) / 64u);
+    }
+    if (gl_LocalInvocationID.x == 1u && wanted[1] > 0u) {
+        first[1] = atomicAdd(largeCount, wanted[1]);
+        atomicMax(largeGroups, first[1] + wanted[1]);
+    }
+    barrier();
+    return first[large ? 1 : 0] + mine;
+}
+#else
+uint placeIn(bool large, bool visible)
+{
+    if (!visible) return 0u;
+    uint place = large ? atomicAdd(largeCount, 1u) : atomicAdd(smallCount, 1u);
+    if (large)
+        atomicMax(largeGroups, place + 1u);
+    else if ((place & 63u) == 0u)
+        atomicMax(smallGroups, place / 64u + 1u);
+    return place;
+}
+#endif
+
+bool dropNumber(uint number, out Stroke stroke)
+{
+    if (number >= frame.picture.z) return false;
     uint at = cellOfBlock[number / dropsPerBlock];
     while (at + 1u < cellCount && cells[at + 1u].key.w <= number) ++at;
     Cell cell = cells[at];
     DropClass dropClass = classes[cell.key.z];
     Drop drop = dropInCell(cell, dropClass, waves[0], waves[1], waves[2], waves[3], number - cell.key.w);
-    Stroke stroke;
-    if (!strokeOf(drop, dropClass, stroke)) return;
+    return strokeOf(drop, dropClass, stroke);
+}
 
+void main()
+{
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
+    Stroke stroke;
+    bool visible = dropNumber(group * gl_WorkGroupSize.x + gl_LocalInvocationID.x, stroke);
     vec2 extent = abs(stroke.path.zw - stroke.path.xy) + 2.0 * stroke.body.x;
     float footprint = max(extent.x, extent.y) * (2.0 * stroke.body.x + 1.0);
-    if (footprint <= frame.atlasSize.w) {
-        uint slot = atomicAdd(smallCount, 1u);
-        if ((slot & 63u) == 0u) atomicMax(smallGroups, slot / 64u + 1u);
-        strokes[slot] = stroke;
-    } else {
-        uint slot = atomicAdd(largeCount, 1u);
-        atomicMax(largeGroups, slot + 1u);
-        strokes[frame.picture.w - 1u - slot] = stroke;  // the two lists grow towards each other
-    }
+    bool large = visible && footprint > frame.atlasSize.w;
+    uint place = placeIn(large, visible);
+    // The two lists grow towards each other.
+    if (visible) strokes[large ? frame.picture.w - 1u - place : place] = stroke;
 }

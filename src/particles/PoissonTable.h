@@ -7,7 +7,7 @@ namespace virga::particles {
 /// Poisson numbers of one mean by inversion: the same u always gives the same number.
 class PoissonTable {
 public:
-    /// mean in [0, 1000].
+    /// mean in [0, 1e5].
     explicit PoissonTable(double mean);
     /// u in [0, 1).
     int operator()(double u) const;

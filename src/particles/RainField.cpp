@@ -16,8 +16,9 @@
 namespace virga::particles {
 namespace {
 
-constexpr double dropsPerCell = 8;      // small cells hug the frustum, large ones keep the list of cells short
-constexpr double largestCellEdge = 8;   // [m]; rare drops live in cells that hold less than one
+constexpr double leastDropsPerCell = 8, mostDropsPerCell = 64;  // small cells hug the frustum, large ones make a short list
+constexpr double smallestCellEdge = 0.35;  // [m]; where drops crowd, the list of cells stays short
+constexpr double largestCellEdge = 8;      // [m]; rare drops live in cells that hold less than one
 
 /// The part of space that a camera sees, tested against balls.
 class Frustum {
@@ -67,8 +68,10 @@ RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, con
     : classes_(std::move(classes)), slope_(slope), motion_(motion), seed_(seed), densityScale_(densityScale)
 {
     // The edge depends on the rain alone, never on the shot: a change of lens must not move the drops.
+    const double dropsPerCell = std::clamp(leastDropsPerCell * densityScale_, leastDropsPerCell, mostDropsPerCell);
     for (const rainfall::SizeClass& c : classes_)
-        edges_.push_back(std::min(largestCellEdge, std::cbrt(dropsPerCell / (c.numberPerVolume * densityScale_))));
+        edges_.push_back(std::clamp(std::cbrt(dropsPerCell / (c.numberPerVolume * densityScale_)), smallestCellEdge,
+                                    largestCellEdge));
 }
 
 void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,

@@ -24,6 +24,7 @@ struct Features {
     bool boost = false;      ///< background boost
     bool layers = false;     ///< rain, splash, fog, plate beside the beauty
     bool cameraMotion = false;  ///< the camera moves while the shutter is open
+    bool software = false;   ///< the device is Mesa's software renderer: barriers are dear, atomics are not
     bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
 
     bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops

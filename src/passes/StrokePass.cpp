@@ -43,6 +43,7 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
     if (features.depth) defines.emplace_back("DEPTH", "");
     if (features.nearest) defines.emplace_back("NEAREST", "");
     if (features.cameraMotion) defines.emplace_back("CAMERA_MOTION", "");
+    if (!features.software) defines.emplace_back("GROUPED", "");
     for (const char* word : more) defines.emplace_back(word, "");
     return defines;
 }

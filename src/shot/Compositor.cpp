@@ -194,6 +194,7 @@ void Compositor::Impl::openDevice(const CompositorOptions& options)
 {
     context.emplace(options.device);
     statistics.device = context->device().renderer;
+    plan.features.software = context->device().isSoftware;
     const passes::Features& features = plan.features;
     targets.emplace(shot.width, shot.height, features);
     if (features.rain)
