@@ -136,7 +136,7 @@ TEST(BadInput, DamagedFramesAreNamedSkippedOrHeld)
 TEST(BadInput, DamageInsideAGroupOfPicturesSaysHowFarItReaches)
 {
     const TemporaryFolder folder;
-    test::makeMovie(folder / "in.mp4", "-c:v libx264 -g 12 -bf 0 -pix_fmt yuv420p", 36, "320x240");
+    test::makeMovie(folder / "in.mp4", "-c:v libx264 -g 12 -bf 0 -sc_threshold 0 -pix_fmt yuv420p", 36, "320x240");
     {
         std::fstream file(folder / "in.mp4", std::ios::in | std::ios::out | std::ios::binary);
         file.seekp(std::streamoff(fs::file_size(folder / "in.mp4") / 2));
