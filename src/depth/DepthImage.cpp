@@ -1,6 +1,8 @@
 #include "depth/DepthImage.h"
 
 #include <algorithm>
+#include <cassert>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -62,6 +64,58 @@ void fillHoles(ImageF& image)
     });
 }
 
+/// Colour as the eye sees differences, near enough: square roots of the light.
+std::array<float, 3> encoded(const float* rgb)
+{
+    const auto root = [](float v) { return v > 0 ? std::sqrt(std::min(v, 4.0f)) : 0.0f; };  // NaN becomes 0
+    return {root(rgb[0]), root(rgb[1]), root(rgb[2])};
+}
+
+/// Mean encoded colour of the picture over each pixel of a smaller one.
+ImageF reducedGuide(ConstImageViewF guide, int width, int height)
+{
+    ImageF reduced(width, height, 3);
+    parallelFor(0, height, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (int y = int(first); y < int(last); ++y) {
+            const int top = int(std::int64_t(y) * guide.height() / height);
+            const int bottom = std::max(int(std::int64_t(y + 1) * guide.height() / height), top + 1);
+            for (int x = 0; x < width; ++x) {
+                const int left = int(std::int64_t(x) * guide.width() / width);
+                const int right = std::max(int(std::int64_t(x + 1) * guide.width() / width), left + 1);
+                std::array<float, 3> sum{};
+                for (int j = top; j < bottom; ++j)
+                    for (int i = left; i < right; ++i)
+                        for (int c = 0; c < 3; ++c) sum[std::size_t(c)] += encoded(guide.pixel(i, j))[std::size_t(c)];
+                for (int c = 0; c < 3; ++c)
+                    reduced.at(x, y, c) = sum[std::size_t(c)] / float((bottom - top) * (right - left));
+            }
+        }
+    });
+    return reduced;
+}
+
+/// The depth, of the nine around place (sx, sy), whose surroundings in the picture look most like `color`.
+float alikeDepth(const ImageF& depth, const ImageF& reduced, const std::array<float, 3>& color, double sx, double sy)
+{
+    constexpr float distanceCost = 0.002f;  // of a whole pixel away: decides where colours do not
+    const int middleX = int(sx + 0.5), middleY = int(sy + 0.5);
+    float best = depth.at(middleX, middleY), least = std::numeric_limits<float>::infinity();
+    for (int j = std::max(middleY - 1, 0); j <= std::min(middleY + 1, depth.height() - 1); ++j)
+        for (int i = std::max(middleX - 1, 0); i <= std::min(middleX + 1, depth.width() - 1); ++i) {
+            const double dx = i - sx, dy = j - sy;
+            float cost = distanceCost * float(dx * dx + dy * dy);
+            for (int c = 0; c < 3; ++c) {
+                const float difference = reduced.at(i, j, c) - color[std::size_t(c)];
+                cost += difference * difference;
+            }
+            if (cost < least) {
+                least = cost;
+                best = depth.at(i, j);
+            }
+        }
+    return best;
+}
+
 }  // namespace
 
 Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
@@ -99,7 +153,7 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
     return depth;
 }
 
-Depth resampleDepth(Depth depth, int width, int height, double tolerance)
+Depth resampleDepth(Depth depth, int width, int height, ConstImageViewF guide, double tolerance)
 {
     if (width < 1 || height < 1)
         throw Error(ErrorCode::InvalidArgument, "a depth image cannot be resampled to {}x{}", width, height);
@@ -107,6 +161,8 @@ Depth resampleDepth(Depth depth, int width, int height, double tolerance)
     const ImageF source = std::move(depth.metres);
     depth.resampled = true;
     depth.metres = ImageF(width, height, 1);
+    assert(guide.empty() || (guide.width() == width && guide.height() == height && guide.channels() >= 3));
+    const ImageF reduced = guide.empty() ? ImageF() : reducedGuide(guide, source.width(), source.height());
     const double stepX = double(source.width()) / width, stepY = double(source.height()) / height;
     const int lastX = source.width() - 1, lastY = source.height() - 1;
     parallelFor(0, height, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
@@ -121,7 +177,10 @@ Depth resampleDepth(Depth depth, int width, int height, double tolerance)
                 const float a = source.at(x0, y0), b = source.at(x1, y0), c = source.at(x0, y1), d = source.at(x1, y1);
                 const float nearest = fy < 0.5 ? (fx < 0.5 ? a : b) : (fx < 0.5 ? c : d);
                 const auto [low, high] = std::minmax({a, b, c, d});
-                if (std::isinf(high) || high > low * (1 + tolerance))
+                const bool edge = std::isinf(high) || high > low * (1 + tolerance);
+                if (edge && high > low && !guide.empty())
+                    depth.metres.at(x, y) = alikeDepth(source, reduced, encoded(guide.pixel(x, y)), sx, sy);
+                else if (edge)
                     depth.metres.at(x, y) = nearest;
                 else
                     depth.metres.at(x, y) =

@@ -103,7 +103,7 @@ struct Compositor::Impl {
     particles::Exposure exposureAt(FrameNumber frame) const;
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
     void uploadFog(const particles::Exposure& exposure);
-    void uploadDepth(FrameNumber frame, const particles::Exposure& exposure);
+    void uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
     void openDevice(const CompositorOptions& options);
     std::vector<io::Layer> readLayers() const;
 };
@@ -180,9 +180,9 @@ void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
     targets->uploadFogTable(table);
 }
 
-void Compositor::Impl::uploadDepth(FrameNumber frame, const particles::Exposure& exposure)
+void Compositor::Impl::uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate)
 {
-    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection);
+    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate);
     if (now == uploadedDepth) return;
     targets->uploadDepth(now->metres);
     statistics.depthHoles = std::size_t(now->counts.filled);
@@ -286,7 +286,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     timed("upload", [&] {
         statistics.repairedPixels += repairPixels(plate.pixels);
         m.targets->uploadPlate(plate.pixels);
-        if (features.depth) m.uploadDepth(plate.number, exposure);
+        if (features.depth) m.uploadDepth(plate.number, exposure, plate.pixels);
         if (features.fog) m.uploadFog(exposure);
         m.targets->setConstants(constants);
     });

@@ -49,7 +49,7 @@ DepthSource::DepthSource(const Settings& settings, int width, int height, const 
     }
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& path) const
+std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& path, ConstImageViewF plate)
 {
     const io::RawImage raw = io::readRawImage(path);
     const auto& names = raw.channelNames;
@@ -71,16 +71,19 @@ std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& pa
     if (counts.filled > 0)
         log::detail("depth '{}': {} NaN, {} not above 0, {} without value; filled from their neighbours", path,
                     counts.nan, counts.nonPositive, counts.noValue);
+    followsPlate_ = depth.metres.width() < width_ || depth.metres.height() < height_;
     if (depth.metres.width() != width_ || depth.metres.height() != height_) {
-        log::detail("depth '{}' is {}x{}; resampled to the plate's {}x{} with edges kept", path, depth.metres.width(),
-                    depth.metres.height(), width_, height_);
-        depth = depth::resampleDepth(std::move(depth), width_, height_);
+        if (!saidResampled_)
+            log::info("depth '{}' is {}x{}; resampled to the plate's {}x{} with its edges kept", path,
+                      depth.metres.width(), depth.metres.height(), width_, height_);
+        saidResampled_ = true;
+        depth = depth::resampleDepth(std::move(depth), width_, height_, followsPlate_ ? plate : ConstImageViewF());
     }
     return std::make_shared<const depth::Depth>(std::move(depth));
 }
 
 std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
-                                                    const camera::Projection& projection)
+                                                    const camera::Projection& projection, ConstImageViewF plate)
 {
     if (groundLevel_) {
         if (last_ && lastPose_ && lastPose_->position == pose.position &&
@@ -98,10 +101,11 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         return last_;
     }
     const std::string path = io::isFramePattern(pattern_) ? io::framePath(pattern_, frame) : pattern_;
-    if (path == lastPath_) return last_;
+    // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
+    if (path == lastPath_ && !followsPlate_) return last_;
     if (!std::filesystem::exists(path))
         throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
-    last_ = fromImage(path);
+    last_ = fromImage(path, plate);
     lastPath_ = path;
     return last_;
 }

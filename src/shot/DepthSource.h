@@ -19,18 +19,20 @@ public:
     DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose);
 
     /// width x height x 1 [m], +inf sky. The same object is returned while nothing changes, so that it need not be
-    /// uploaded again. Throws Error(Input) naming the file and the frame.
+    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming the file and the frame.
     std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
-                                           const camera::Projection& projection);
+                                           const camera::Projection& projection, ConstImageViewF plate);
 
 private:
-    std::shared_ptr<const depth::Depth> fromImage(const std::string& path) const;
+    std::shared_ptr<const depth::Depth> fromImage(const std::string& path, ConstImageViewF plate);
 
     std::string pattern_;
     depth::DepthOptions options_;
     int width_, height_;
     std::optional<double> groundLevel_;  // world y [m]
     std::string lastPath_;
+    bool followsPlate_ = false;   // the images are smaller than the plate
+    bool saidResampled_ = false;
     std::optional<camera::Pose> lastPose_;
     std::shared_ptr<const depth::Depth> last_;
 };

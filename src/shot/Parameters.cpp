@@ -67,7 +67,7 @@ constexpr Parameter table[] = {
     {"grade-amount", "grade", "", 0, 1, "how much of that", &S::gradeAmount},
     {"colorspace", "file", "", 0, 0, "colour space of the plate; empty: what the file says", &S::colorspace},
     {"output-colorspace", "file", "", 0, 0, "colour space of the output; empty: the plate's", &S::outputColorspace},
-    {"float", "file", "", 0, 0, "write EXR as 32-bit float (else half)", &S::floatOutput},
+    {"float", "file", "", 0, 0, "write EXR as 32-bit float; else as the plate is, half if it is no EXR", &S::floatOutput},
     {"codec", "file", "", 0, 0, "FFmpeg encoder for a movie; empty: fits container and plate", &S::codec},
     {"quality", "file", "", 0, 100, "its CRF or quantiser", &S::quality},
     {"on-error", "file", "", 0, 0, "what to do with a frame that cannot be read", &S::onError, "stop|skip|hold"},
@@ -81,11 +81,14 @@ struct Overloaded : Fs... {
 template <class... Fs>
 Overloaded(Fs...) -> Overloaded<Fs...>;
 
-std::string allowed(const Parameter& p)
+/// Short if that loses nothing: 1e+06, but 4294967295.
+std::string shortNumber(double value)
 {
-    const std::string unit = *p.unit ? std::string(" ") + p.unit : "";
-    return fmt::format("{:g} to {:g}{}", p.least, p.most, unit);
+    const std::string text = fmt::format("{:g}", value);
+    return std::stod(text) == value ? text : fmt::format("{}", value);
 }
+
+std::string allowed(const Parameter& p) { return rangeText(p) + (*p.unit ? std::string(" ") + p.unit : ""); }
 
 [[noreturn]] void refuse(const Parameter& p, const std::string& text, const std::string& wanted)
 {
@@ -183,7 +186,7 @@ void setFromText(Settings& settings, const Parameter& p, const std::string& text
                        settings.*m = text == "true";
                    },
                    [&](std::string S::*m) {
-                       if (p.choices != nullptr && !isChoice(p, text)) refuse(p, text, std::string("one of ") + p.choices);
+                       if (p.choices != nullptr && !isChoice(p, text)) refuse(p, text, rangeText(p));
                        settings.*m = text;
                    },
                    [&](std::array<double, 2> S::*m) { settings.*m = numbersFrom<2>(p, text); },
@@ -253,6 +256,18 @@ nlohmann::json toJson(const Settings& settings, const Parameter& p)
         p.member);
 }
 
+std::string rangeText(const Parameter& p)
+{
+    if (p.choices == nullptr) {
+        const bool isNumber = !p.isSwitch() && !std::holds_alternative<std::string S::*>(p.member);
+        return isNumber ? fmt::format("{} to {}", shortNumber(p.least), shortNumber(p.most)) : "";
+    }
+    std::string words = p.choices;
+    if (const std::size_t last = words.rfind('|'); last != std::string::npos) words.replace(last, 1, " or ");
+    for (std::size_t at = 0; (at = words.find('|', at)) != std::string::npos;) words.replace(at, 1, ", ");
+    return words;
+}
+
 std::string parametersPage()
 {
     std::string page =
@@ -267,7 +282,7 @@ std::string parametersPage()
             page += fmt::format("## {}\n\n| flag | default | unit | range | what it does |\n|---|---|---|---|---|\n", group);
         }
         const bool isText = std::holds_alternative<std::string S::*>(p.member);
-        std::string range = p.isSwitch() ? "" : isText ? "" : fmt::format("{:g} … {:g}", p.least, p.most);
+        std::string range = p.isSwitch() ? "" : isText ? "" : fmt::format("{} … {}", shortNumber(p.least), shortNumber(p.most));
         if (p.choices != nullptr) {
             range = p.choices;
             for (std::size_t at = 0; (at = range.find('|', at)) != std::string::npos; at += 3) range.replace(at, 1, " / ");

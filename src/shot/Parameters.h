@@ -50,6 +50,9 @@ void loadSettings(Settings& settings, const std::string& path);
 /// Error(Output).
 void saveSettings(const Settings& settings, const std::string& path);
 
+/// What a parameter allows, without its unit: "0 to 2000"; for text "stop, skip or hold"; empty if anything goes.
+std::string rangeText(const Parameter& parameter);
+
 /// docs/parameters.md, whole.
 std::string parametersPage();
 

@@ -23,6 +23,14 @@ io::OnError onErrorOf(const Settings& settings)
     return io::OnError::Stop;
 }
 
+/// Nothing: as the plate is.
+std::optional<bool> halfOf(const Settings& settings, const RainJobOptions& options)
+{
+    if (settings.floatOutput) return false;
+    if (options.half) return true;
+    return std::nullopt;
+}
+
 /// The frames to render, checked against those that the plate has.
 std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::PlateInfo& plate, io::OnError onError)
 {
@@ -37,7 +45,8 @@ std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::Plate
     // A still stands in for every frame that is asked for.
     if (!plate.isStill && !missing.empty() && (plate.isMovie || onError == io::OnError::Stop))
         throw Error(plate.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
-                    "frames {} are not in the plate '{}', which has {}", formatFrameRange(missing), plate.path,
+                    "frame{} not in the plate '{}', which has {}",
+                    fmt::format(missing.size() == 1 ? " {} is" : "s {} are", formatFrameRange(missing)), plate.path,
                     formatFrameRange(plate.frames));
     if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
         log::warning("frames are rendered in the order given, {}", options.frames);
@@ -80,7 +89,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                                               {.outputColorspace = settings.outputColorspace,
                                                .codec = settings.codec,
                                                .quality = settings.quality,
-                                               .half = !settings.floatOutput,
+                                               .half = halfOf(settings, options),
                                                .layers = options.layers});
 
     const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
@@ -191,7 +200,8 @@ std::string reportJson(const RainReport& report, const Settings& settings)
         {"stopped", report.stopped},
         {"settings", settingsJson},
     };
-    return object.dump(2);
+    // A file name need not be UTF-8; JSON must.
+    return object.dump(2, ' ', false, json::error_handler_t::replace);
 }
 
 }  // namespace virga::shot

@@ -15,6 +15,7 @@ struct RainJobOptions {
     std::string plate, output;
     std::string frames;        ///< frame range; empty: all
     bool layers = false;
+    bool half = false;         ///< EXR as half even if the plate is float
     std::string preview;       ///< contact sheet, PNG; empty: none
     std::string device = "auto";
     std::string shaderFolder;

@@ -139,6 +139,33 @@ TEST(Depth, ResamplingKeepsEdges)
     EXPECT_TRUE(std::ranges::equal(same.metres.values(), scene.values()));
 }
 
+TEST(Depth, EdgesOfASmallerDepthFollowThePicture)
+{
+    // A dark wall before a bright sky, its edge at column 21 of 64: inside a pixel of the depth, which is half as wide.
+    constexpr int W = 64, H = 8, edge = 21;
+    ImageF plate(W, H, 3, 0.8f);
+    for (int y = 0; y < H; ++y)
+        for (int x = 0; x < edge; ++x)
+            for (int c = 0; c < 3; ++c) plate.at(x, y, c) = 0.05f;
+    ImageF stored(W / 2, H / 2, 1, std::numeric_limits<float>::infinity());
+    for (int y = 0; y < H / 2; ++y)
+        for (int x = 0; x <= edge / 2; ++x) stored.at(x, y) = 10;
+
+    const auto wrong = [&](const Depth& depth) {
+        int count = 0;
+        for (int y = 0; y < H; ++y)
+            for (int x = 0; x < W; ++x) count += std::isinf(depth.metres.at(x, y)) != (x >= edge);
+        return count;
+    };
+    EXPECT_EQ(wrong(resampleDepth(sanitizeDepth(stored), W, H, plate)), 0);
+    EXPECT_GT(wrong(resampleDepth(sanitizeDepth(stored), W, H)), 0);
+
+    // A picture without contrast decides nothing: the nearest depth is taken, as without a picture.
+    const Depth plain = resampleDepth(sanitizeDepth(stored), W, H, ImageF(W, H, 3, 0.5f));
+    const Depth nearest = resampleDepth(sanitizeDepth(stored), W, H);
+    EXPECT_TRUE(std::equal(plain.metres.values().begin(), plain.metres.values().end(), nearest.metres.values().begin()));
+}
+
 TEST(Depth, Statistics)
 {
     const DepthStatistics s = depthStatistics(imageOf(5, {kInf, 4, 2, 9, 3}));
