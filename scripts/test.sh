@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds everything, and runs every test; CTest's summary comes last.
+# Installs what is missing, builds everything, and runs every test; CTest's summary is the last line.
 #
 #   scripts/test.sh                   all tests
 #   scripts/test.sh -R particles      CTest's own flags pass through
@@ -12,4 +12,7 @@ if [[ -n ${VIRGA_FOOTAGE_DIR:-} ]]; then
     VIRGA_FOOTAGE_DIR=$(cd "$VIRGA_FOOTAGE_DIR" && pwd)
     export VIRGA_FOOTAGE_DIR
 fi
-exec ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" "$@"
+status=0
+ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" "$@" | tee "$build/tests.log" || status=$?
+grep -E '^[0-9]+% tests passed' "$build/tests.log" || echo "no test ran"
+exit "$status"
