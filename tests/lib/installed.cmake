@@ -29,4 +29,4 @@ execute_process(COMMAND pkg-config --cflags --libs virga OUTPUT_VARIABLE words O
 separate_arguments(words)
 run(${CC} -std=c99 -Wall -Wextra -Wpedantic -Werror ${flags} ${SOURCE}/consumer.c -o ${WORK}/consumer ${words}
     -Wl,-rpath,${prefix}/${LIBDIR})
-run(${WORK}/consumer)
+run(${WORK}/consumer brief)
