@@ -1,11 +1,10 @@
 #include "particles/RainField.h"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-
-#include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <numbers>
 
@@ -16,7 +15,8 @@
 namespace virga::particles {
 namespace {
 
-constexpr double leastDropsPerCell = 8, mostDropsPerCell = 64;  // small cells hug the frustum, large ones make a short list
+constexpr double leastDropsPerCell = 8,
+                 mostDropsPerCell = 64;    // small cells hug the frustum, large ones make a short list
 constexpr double smallestCellEdge = 0.35;  // [m]; where drops crowd, the list of cells stays short
 constexpr double largestCellEdge = 8;      // [m]; rare drops live in cells that hold less than one
 
@@ -25,8 +25,9 @@ class Frustum {
 public:
     Frustum(const camera::Projection& projection, const glm::dmat3& worldFromCamera, double far, double blurAngle)
         : cameraFromWorld_(glm::transpose(worldFromCamera)), far_(far),
-          tanX_(0.5 * projection.width / projection.focal_px + blurAngle),
-          tanY_(0.5 * projection.height / projection.focal_px + blurAngle), lengthX_(std::hypot(1.0, tanX_)),
+          // Half a pixel beyond the border: a stroke is never narrower than one.
+          tanX_((0.5 * projection.width + 0.5) / projection.focal_px + blurAngle),
+          tanY_((0.5 * projection.height + 0.5) / projection.focal_px + blurAngle), lengthX_(std::hypot(1.0, tanX_)),
           lengthY_(std::hypot(1.0, tanY_))
     {
     }
@@ -39,13 +40,16 @@ public:
                std::abs(p.y) - tanY_ * depth < radius * lengthY_;
     }
 
-    /// Grows a box by the frustum's corners.
-    void extend(glm::dvec3& low, glm::dvec3& high) const
+    /// Distance from the camera to a far corner [m].
+    double cornerDistance() const { return far_ * std::hypot(1.0, tanX_, tanY_); }
+
+    /// Grows a box by the corners of the frustum out to `far` [m].
+    void extend(glm::dvec3& low, glm::dvec3& high, double far) const
     {
         const glm::dmat3 worldFromCamera = glm::transpose(cameraFromWorld_);
         for (const double x : {-tanX_, tanX_})
             for (const double y : {-tanY_, tanY_}) {
-                const glm::dvec3 corner = worldFromCamera * glm::dvec3(x * far_, y * far_, -far_);
+                const glm::dvec3 corner = worldFromCamera * glm::dvec3(x * far, y * far, -far);
                 low = glm::min(low, corner);
                 high = glm::max(high, corner);
             }
@@ -55,6 +59,13 @@ private:
     glm::dmat3 cameraFromWorld_;
     double far_, tanX_, tanY_, lengthX_, lengthY_;
 };
+
+/// sin(angle / 2) of the rotation between two orientations.
+double halfTurn(const glm::dmat3& a, const glm::dmat3& b)
+{
+    const double trace = glm::dot(a[0], b[0]) + glm::dot(a[1], b[1]) + glm::dot(a[2], b[2]);  // 1 + 2 cos(angle)
+    return std::sqrt(std::max(0.0, 0.25 * (3 - trace)));
+}
 
 double visibleDepth(double diameter, double speed, double focal_px, double exposure_s, double threshold)
 {
@@ -90,17 +101,26 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
     const Frustum atOpen(exposure.projection, exposure.poseAtOpen.worldFromCamera, far, visibility.blurAngle);
     const Frustum atClose(exposure.projection, exposure.poseAtClose.worldFromCamera, far, visibility.blurAngle);
 
+    // A stroke is the picture of the straight line, in camera axes, between where the turning camera sees the drop at
+    // open and at close. That line may cut a corner of the picture that neither end is in; but each point of it is
+    // nearer to one of them than half of what the turn adds, |R x - x| = 2 sin(angle / 2) |x|.
+    const double turn = halfTurn(exposure.poseAtOpen.worldFromCamera, exposure.poseAtClose.worldFromCamera);
+    const double margin = reach + 0.5 * c.d1;
+    const double sweep = turn * (atOpen.cornerDistance() + glm::length(way));
+
     // The frustum in the class's own frame, from the camera at open; a drop must come from where `way` can bring it in.
+    // Far is a limit on the middle of the way: one end may be beyond.
     glm::dvec3 low(0.0), high(0.0);
-    atOpen.extend(low, high);
-    atClose.extend(low, high);
+    const double beyond = far + 0.5 * glm::length(way) + sweep;
+    atOpen.extend(low, high, beyond);
+    atClose.extend(low, high, beyond);
     const glm::dvec3 cameraInField = exposure.poseAtOpen.position - fallen;
-    low = cameraInField + low - glm::max(way, glm::dvec3(0.0)) - reach;
-    high = cameraInField + high - glm::min(way, glm::dvec3(0.0)) + reach;
+    low = cameraInField + low - glm::max(way, glm::dvec3(0.0)) - margin - sweep;
+    high = cameraInField + high - glm::min(way, glm::dvec3(0.0)) + margin + sweep;
 
     const auto cellOf = [&](double x) { return std::int64_t(std::floor(x / edge)); };
     const double halfDiagonal = 0.5 * std::numbers::sqrt3 * edge;
-    const double radius = halfDiagonal + reach + 0.5 * glm::length(way);
+    const double still = halfDiagonal + margin + 0.5 * glm::length(way);
     const PoissonTable poisson(c.numberPerVolume * densityScale_ * edge * edge * edge);
 
     for (std::int64_t k = cellOf(low.z); k <= cellOf(high.z); ++k)
@@ -109,6 +129,7 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
                 const glm::dvec3 corner = edge * glm::dvec3(double(i), double(j), double(k));
                 const glm::dvec3 origin = corner - cameraInField;
                 const glm::dvec3 middle = origin + 0.5 * edge + 0.5 * way;
+                const double radius = still + turn * (glm::length(middle) + still);
                 if (!atOpen.touches(middle, radius) && !atClose.touches(middle, radius)) continue;
 
                 const std::uint64_t hash = cellHash(seed_, std::int64_t(dropClass), i, j, k);
@@ -118,9 +139,8 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
                 cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), std::uint32_t(dropClass),
                             std::uint32_t(drops)};
                 cell.origin = glm::vec4(glm::vec3(origin), 0.0f);
-                cell.phase = motion_.hasTurbulence()
-                                 ? motion_.turbulencePhases(corner, exposure.open_s, int(dropClass))
-                                 : glm::vec4(0.0f);
+                cell.phase = motion_.hasTurbulence() ? motion_.turbulencePhases(corner, exposure.open_s, int(dropClass))
+                                                     : glm::vec4(0.0f);
                 cells.push_back(cell);
                 drops += std::size_t(count);
             }
@@ -171,8 +191,8 @@ double RainField::expectedStrokes(const camera::Projection& projection, double e
         constexpr int shares = 16;
         double volume = 0;
         for (int i = 0; i < shares; ++i) {
-            const double diameter = double(shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0),
-                                                                        float(c.d1), float(slope_)));
+            const double diameter = double(
+                shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1), float(slope_)));
             const double far = std::min(visibility.far_m, visibleDepth(diameter, c.speed, projection.focal_px,
                                                                        exposure_s, visibility.threshold));
             if (far > visibility.near_m)
@@ -193,8 +213,8 @@ double RainField::undrawnOpticalDepth(double depth_m, double focal_px, double ex
         constexpr int shares = 16;  // as in expectedStrokes, weighted with each share's shadow
         double squares = 0, undrawn = 0;
         for (int i = 0; i < shares; ++i) {
-            const double d = double(shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1),
-                                                                 float(slope_)));
+            const double d = double(
+                shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1), float(slope_)));
             const double visible = visibleDepth(d, c.speed, focal_px, exposure_s, visibility.threshold);
             squares += d * d;
             undrawn += d * d * std::max(0.0, depth - (visible > visibility.near_m ? visible : 0.0));
