@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-
 #include <functional>
 #include <string>
 
@@ -15,10 +14,11 @@ struct CommonFlags {
     std::string device = "auto";
 };
 
-/// Adds --quiet, --verbose, --json, --threads and --device.
+/// Adds --help, --quiet, --verbose, --json, --threads and --device, in a group of their own. Call it last.
 void addCommonFlags(CLI::App& command, CommonFlags& flags);
 
-/// Sets log level and threads, runs `body`, and turns what it throws into a sentence on standard error and an exit code.
+/// Sets log level and threads, runs `body`, and turns what it throws into a sentence on standard error and an exit
+/// code.
 int runCommand(const CommonFlags& flags, const std::function<int(const CommonFlags&)>& body);
 
 /// Registers a command; returns what to call when it was chosen.

@@ -26,7 +26,8 @@ int info(const InfoArguments& arguments)
     const auto devices = gl::listDevices();
     const auto libraries = io::libraryVersions();
     if (arguments.common.json) {
-        nlohmann::json object = {{"version", VIRGA_VERSION}, {"devices", nlohmann::json::array()}, {"libraries", libraries}};
+        nlohmann::json object = {
+            {"version", VIRGA_VERSION}, {"devices", nlohmann::json::array()}, {"libraries", libraries}};
         for (const gl::DeviceInfo& d : devices)
             object["devices"].push_back({{"index", d.index},
                                          {"renderer", d.renderer},
@@ -55,9 +56,7 @@ Runner addInfoCommand(CLI::App& app, CLI::App*& command)
     const auto arguments = std::make_shared<InfoArguments>();
     command->add_flag("--parameters", arguments->parameters, "print docs/parameters.md");
     addCommonFlags(*command, arguments->common);
-    return [arguments] {
-        return runCommand(arguments->common, [&](const CommonFlags&) { return info(*arguments); });
-    };
+    return [arguments] { return runCommand(arguments->common, [&](const CommonFlags&) { return info(*arguments); }); };
 }
 
 }  // namespace virga::cli

@@ -33,8 +33,8 @@ void ProgressBar::show(const shot::Progress& p)
     drawn_ = true;
     const double fps = p.seconds > 0 ? double(p.done) / p.seconds : 0;
     const double left = fps > 0 ? double(p.total - p.done) / fps : 0;
-    const std::string text = fmt::format("frame {} ({} of {}), {:.1f} fps, {} left", p.frame, p.done, p.total, fps,
-                                         clockText(left));
+    const std::string text =
+        fmt::format("frame {} ({} of {}), {:.1f} fps, {} left", p.frame, p.done, p.total, fps, clockText(left));
     if (!terminal_) {
         std::fprintf(stderr, "virga: %s\n", text.c_str());
         return;

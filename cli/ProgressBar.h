@@ -4,8 +4,8 @@
 
 namespace virga::cli {
 
-/// Frame, frames a second and time left on standard error: a bar that redraws itself on a terminal, now and then a plain
-/// line elsewhere.
+/// Frame, frames a second and time left on standard error: a bar that redraws itself on a terminal, now and then a
+/// plain line elsewhere.
 class ProgressBar {
 public:
     explicit ProgressBar(bool silent);

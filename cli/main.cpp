@@ -1,9 +1,11 @@
 // virga COMMAND: rain for film and video. Parses, hands over to a command, translates errors into exit codes.
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
 
 #include "Command.h"
+#include "Help.h"
 #include "core/Error.h"
 #include "shot/Parameters.h"
 
@@ -40,13 +42,37 @@ std::string suggestion(const CLI::App& command, int argc, char** argv)
     return {};
 }
 
+/// CLI11's complaint as one of our sentences.
+std::string complaint(const CLI::ParseError& error, const CLI::App& command)
+{
+    const std::string text = error.what();
+    const std::string option = text.substr(0, text.find(':'));
+    const std::string rest = text.substr(std::min(text.find(": ") + 2, text.size()));
+    if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
+        return command.get_parent() == nullptr ? "no command is given; there are rain and info" : text;
+    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+        if (text.ends_with("missing")) return fmt::format("{} needs a value", option);
+        if (text.find("At Most") != std::string::npos) return fmt::format("{} is given more than once", option);
+        return text;
+    }
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
+        if (rest.starts_with('-')) return fmt::format("'{}' is not a flag of 'virga {}'", rest, command.get_name());
+        return fmt::format("'{}' is one argument too many", rest);
+    }
+    // A check of ours: "--device: 'foo': must be ...".
+    if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return fmt::format("{} {}", option, rest);
+    return text;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
 {
     CLI::App app("virga: rain for film and video", "virga");
-    app.set_version_flag("--version", "virga " VIRGA_VERSION);
+    app.set_version_flag("--version", "virga " VIRGA_VERSION, "the version");
     app.require_subcommand(1);
+    app.set_help_flag("-h,--help", "this page; 'virga COMMAND --help' has the flags of a command");
+    cli::useHelpPages(app);
     std::vector<std::pair<CLI::App*, cli::Runner>> commands(2);
     commands[0].second = cli::addRainCommand(app, commands[0].first);
     commands[1].second = cli::addInfoCommand(app, commands[1].first);
@@ -60,7 +86,7 @@ int main(int argc, char** argv)
         return app.exit(asked);
     } catch (const CLI::ParseError& error) {
         std::string sentence = suggestion(*chosen, argc, argv);
-        if (sentence.empty()) sentence = error.what();
+        if (sentence.empty()) sentence = complaint(error, *chosen);
         std::fprintf(stderr, "virga: %s (virga%s%s --help lists everything)\n", sentence.c_str(),
                      chosen == &app ? "" : " ", chosen == &app ? "" : chosen->get_name().c_str());
         return exitCode(ErrorCode::InvalidArgument);

@@ -49,22 +49,24 @@ bool ContactSheet::isWanted(FrameNumber frame) const
 
 void ContactSheet::addBefore(FrameNumber frame, ConstImageViewF plate)
 {
-    if (isWanted(frame)) before_.push_back(reduced(plate));
+    if (isWanted(frame)) before_[frame] = reduced(plate);
 }
 
 void ContactSheet::addAfter(FrameNumber frame, ConstImageViewF beauty)
 {
-    if (isWanted(frame)) after_.push_back(reduced(beauty));
+    if (isWanted(frame)) after_[frame] = reduced(beauty);
 }
 
 void ContactSheet::write() const
 {
     if (after_.empty()) return;
-    const int width = after_[0].width(), height = after_[0].height();
+    const int width = after_.begin()->second.width(), height = after_.begin()->second.height();
     ImageF sheet(2 * width + gap, int(after_.size()) * (height + gap) - gap, 3, 0.2f);
-    for (std::size_t i = 0; i < after_.size(); ++i) {
-        paste(sheet, before_[i], 0, int(i) * (height + gap));
-        paste(sheet, after_[i], width + gap, int(i) * (height + gap));
+    int top = 0;
+    for (const auto& [frame, after] : after_) {
+        paste(sheet, before_.at(frame), 0, top);
+        paste(sheet, after, width + gap, top);
+        top += height + gap;
     }
     io::writePng(path_, sheet);
 }

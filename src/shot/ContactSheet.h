@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ private:
     bool isWanted(FrameNumber frame) const;
     std::string path_;
     std::vector<FrameNumber> frames_;
-    std::vector<ImageF> before_, after_;
+    std::map<FrameNumber, ImageF> before_, after_;
 };
 
 }  // namespace virga::shot

@@ -34,7 +34,7 @@ Ground parseGround(const std::string& text)
 }
 
 DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
-    : pattern_(settings.depth), width_(width), height_(height)
+    : pattern_(settings.depth), width_(width), height_(height), holds_(settings.onError == "hold")
 {
     options_.scale = settings.depthScale;
     options_.invert = settings.depthInvert;
@@ -58,8 +58,11 @@ std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& pa
         return name == "Z" || name == "z" || name.ends_with(".Z") || name.ends_with(".z");
     });
     const int channel = z != names.end() ? int(z - names.begin()) : 0;
-    if (raw.isDisplayReferred && raw.bitDepth == 8)
+    if (!saidKind_ && raw.isDisplayReferred && raw.bitDepth == 8)
         log::warning("depth '{}' has 8 bits a pixel: {} levels of depth", path, 256);
+    if (!saidKind_ && z == names.end() && names.size() > 1)
+        log::warning("depth '{}' has no channel Z; its '{}' is taken", path, names[0]);
+    saidKind_ = true;
     ImageF stored(raw.pixels.width(), raw.pixels.height(), 1);
     for (int y = 0; y < stored.height(); ++y)
         for (int x = 0; x < stored.width(); ++x) stored.at(x, y) = raw.pixels.at(x, y, channel);
@@ -82,6 +85,35 @@ std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& pa
     return std::make_shared<const depth::Depth>(std::move(depth));
 }
 
+std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, const std::string& path,
+                                                          ConstImageViewF plate)
+{
+    // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
+    if (path == lastPath_ && !followsPlate_) return last_;
+    if (!std::filesystem::exists(path))
+        throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
+    last_ = fromImage(path, plate);
+    lastPath_ = path;
+    return last_;
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, const std::string& why,
+                                                         ConstImageViewF plate)
+{
+    std::vector<FrameNumber> others = io::findFrames(pattern_);
+    std::reverse(others.begin(), std::lower_bound(others.begin(), others.end(), frame));  // earlier ones, nearest first
+    for (const FrameNumber other : others) {
+        if (other == frame) continue;
+        try {
+            auto held = fromFile(other, io::framePath(pattern_, other), plate);
+            log::warning("depth held from frame {}: {}", other, why);
+            return held;
+        } catch (const Error&) {  // as bad as the first: try the next
+        }
+    }
+    throw Error(ErrorCode::Input, "{}; no other frame of '{}' can be read", why, pattern_);
+}
+
 std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
                                                     const camera::Projection& projection, ConstImageViewF plate)
 {
@@ -101,13 +133,12 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         return last_;
     }
     const std::string path = io::isFramePattern(pattern_) ? io::framePath(pattern_, frame) : pattern_;
-    // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
-    if (path == lastPath_ && !followsPlate_) return last_;
-    if (!std::filesystem::exists(path))
-        throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
-    last_ = fromImage(path, plate);
-    lastPath_ = path;
-    return last_;
+    try {
+        return fromFile(frame, path, plate);
+    } catch (const Error& error) {
+        if (!holds_ || !io::isFramePattern(pattern_)) throw;
+        return heldFor(frame, error.what(), plate);
+    }
 }
 
 }  // namespace virga::shot

@@ -19,12 +19,17 @@ public:
     DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose);
 
     /// width x height x 1 [m], +inf sky. The same object is returned while nothing changes, so that it need not be
-    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming the file and the frame.
+    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming the
+    /// file and the frame.
     std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
                                            const camera::Projection& projection, ConstImageViewF plate);
 
 private:
     std::shared_ptr<const depth::Depth> fromImage(const std::string& path, ConstImageViewF plate);
+    std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, const std::string& path, ConstImageViewF plate);
+    /// --on-error hold: the nearest earlier depth that can be read, else the nearest later one. why: the sentence of the
+    /// one that cannot.
+    std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, ConstImageViewF plate);
 
     std::string pattern_;
     depth::DepthOptions options_;
@@ -32,7 +37,8 @@ private:
     std::optional<double> groundLevel_;  // world y [m]
     std::string lastPath_;
     bool followsPlate_ = false;   // the images are smaller than the plate
-    bool saidResampled_ = false;
+    bool saidKind_ = false, saidResampled_ = false;
+    bool holds_;                  // --on-error hold
     std::optional<camera::Pose> lastPose_;
     std::shared_ptr<const depth::Depth> last_;
 };

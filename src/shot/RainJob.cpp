@@ -10,6 +10,7 @@
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "io/AtomicFile.h"
 #include "shot/ContactSheet.h"
 #include "shot/Parameters.h"
 
@@ -31,6 +32,40 @@ std::optional<bool> halfOf(const Settings& settings, const RainJobOptions& optio
     return std::nullopt;
 }
 
+/// "frame 7 is", "frames 7-9 are".
+std::string describeFrames(const std::vector<FrameNumber>& frames, const char* one, const char* several)
+{
+    const bool isOne = frames.size() == 1;
+    return fmt::format("frame{} {} {}", isOne ? "" : "s", formatFrameRange(frames), isOne ? one : several);
+}
+
+/// Files that the settings name are looked for before anything is rendered.
+void checkFiles(const Settings& s, const FramePlan& plan, const std::vector<FrameNumber>& frames, io::OnError onError)
+{
+    if (!plan.features.depth || !io::isFramePattern(s.depth)) return;
+    const std::vector<FrameNumber> found = io::findFrames(s.depth);
+    const std::set<FrameNumber> known(found.begin(), found.end());
+    std::vector<FrameNumber> missing;
+    for (const FrameNumber frame : frames)
+        if (!known.contains(frame)) missing.push_back(frame);
+    if (!missing.empty() && onError == io::OnError::Stop)
+        throw Error(ErrorCode::Input, "depth '{}': {} missing; there are {}", s.depth,
+                    describeFrames(missing, "is", "are"), formatFrameRange(found));
+}
+
+/// The contact sheet's name, checked before there is work to lose.
+void checkPreview(const RainJobOptions& options)
+{
+    if (options.preview.empty()) return;
+    io::checkOutputFolder(options.preview);
+    if (!options.preview.ends_with(".png") && !options.preview.ends_with(".PNG"))
+        throw Error(ErrorCode::Output, "--preview '{}': must be a .png", options.preview);
+    if (io::isSameFile(options.preview, options.plate))
+        throw Error(ErrorCode::Output, "--preview '{}': is the plate itself", options.preview);
+    if (options.preview == options.output)
+        throw Error(ErrorCode::Output, "--preview '{}': is the output itself", options.preview);
+}
+
 /// The frames to render, checked against those that the plate has.
 std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::PlateInfo& plate, io::OnError onError)
 {
@@ -45,8 +80,7 @@ std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::Plate
     // A still stands in for every frame that is asked for.
     if (!plate.isStill && !missing.empty() && (plate.isMovie || onError == io::OnError::Stop))
         throw Error(plate.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
-                    "frame{} not in the plate '{}', which has {}",
-                    fmt::format(missing.size() == 1 ? " {} is" : "s {} are", formatFrameRange(missing)), plate.path,
+                    "{} not in the plate '{}', which has {}", describeFrames(missing, "is", "are"), plate.path,
                     formatFrameRange(plate.frames));
     if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
         log::warning("frames are rendered in the order given, {}", options.frames);
@@ -78,6 +112,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                       const std::function<Verdict(const Progress&)>& progress)
 {
     const Timer start;
+    checkPreview(options);
     const io::OnError onError = onErrorOf(settings);
     const auto reader = io::openPlate(options.plate, {.colorspace = settings.colorspace,
                                                       .fps = settings.fps,
@@ -100,6 +135,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                            .shaderFolder = options.shaderFolder},
                           samples);
     samples.clear();
+    checkFiles(settings, compositor.plan(), frames, onError);
 
     RainReport report;
     report.plate = plate;
@@ -120,7 +156,14 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         frame->number = number;
         if (!frame->repaired.empty()) report.repairedFrames.push_back(frame->repaired);
         sheet.addBefore(number, frame->pixels);
-        io::RenderedFrame rendered = compositor.render(std::move(*frame));
+        io::RenderedFrame rendered;
+        try {
+            rendered = compositor.render(std::move(*frame));
+        } catch (const Error& error) {  // its depth
+            if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;
+            report.repairedFrames.push_back(fmt::format("frame {} was skipped: {}", number, error.what()));
+            continue;
+        }
         sheet.addAfter(number, rendered.beauty);
         writer->write(std::move(rendered));
         report.frames.push_back(number);

@@ -1,18 +1,19 @@
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
 #include "core/Error.h"
+#include "io/AtomicFile.h"
 #include "shot/Parameters.h"
 
 namespace virga::shot {
 namespace {
 
-nlohmann::json jsonFrom(const toml::node& node, const std::string& path, std::string_view key)
+nlohmann::json jsonFrom(const toml::node& node, std::string_view key)
 {
     if (const auto* v = node.as_floating_point()) return v->get();
     if (const auto* v = node.as_integer()) return v->get();
@@ -20,39 +21,59 @@ nlohmann::json jsonFrom(const toml::node& node, const std::string& path, std::st
     if (const auto* v = node.as_string()) return v->get();
     if (const auto* list = node.as_array()) {
         nlohmann::json values = nlohmann::json::array();
-        for (const toml::node& item : *list) values.push_back(jsonFrom(item, path, key));
+        for (const toml::node& item : *list) values.push_back(jsonFrom(item, key));
         return values;
     }
-    throw Error(ErrorCode::InvalidArgument, "settings '{}', line {}: '{}' must be a number, a text, a list or a boolean",
-                path, node.source().begin.line, key);
+    throw Error(ErrorCode::InvalidArgument, "'{}' must be a number, a text, a list or a boolean", key);
 }
 
-void apply(Settings& settings, const toml::table& table, const std::string& path)
+void checkGroup(std::string_view name)
+{
+    std::vector<std::string> known;
+    for (const Parameter& p : parameters())
+        if (known.empty() || known.back() != p.group) known.emplace_back(p.group);
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    const std::string nearest = nearestWord(name, known);
+    throw Error(ErrorCode::InvalidArgument, "no group of settings is called '{}'{}", name,
+                nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
+}
+
+/// group: the table's name; empty at the top.
+void apply(Settings& settings, const toml::table& table, std::string_view group, const std::string& path)
 {
     for (const auto& [key, node] : table) {
-        if (const auto* group = node.as_table()) {
-            apply(settings, *group, path);
-            continue;
-        }
+        const auto* inner = node.as_table();
         try {
-            setFromJson(settings, findParameter(key.str()), jsonFrom(node, path, key.str()));
+            if (inner != nullptr && group.empty()) {
+                checkGroup(key.str());
+            } else {
+                const Parameter& p = findParameter(key.str());
+                if (!group.empty() && group != p.group)
+                    throw Error(ErrorCode::InvalidArgument, "'{}' belongs into [{}], not [{}]", p.name, p.group, group);
+                setFromJson(settings, p, jsonFrom(node, key.str()));
+            }
         } catch (const Error& error) {
             throw Error(error.code(), "settings '{}', line {}: {}", path, node.source().begin.line, error.what());
         }
+        if (inner != nullptr) apply(settings, *inner, key.str(), path);
     }
 }
 
 /// A TOML number keeps its kind: 25 would be read as an integer, which is fine, but inf and nan never occur.
-std::string tomlValue(const nlohmann::json& value) { return value.dump(); }
+std::string tomlValue(const nlohmann::json& value)
+{
+    return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 }  // namespace
 
 void loadSettings(Settings& settings, const std::string& path)
 {
-    if (!std::filesystem::is_regular_file(path))
+    if (std::filesystem::is_directory(path)) throw Error(ErrorCode::Input, "settings '{}': is a folder", path);
+    if (!std::filesystem::exists(path))
         throw Error(ErrorCode::Input, "settings '{}': no such file", path);
     try {
-        apply(settings, toml::parse_file(path), path);
+        apply(settings, toml::parse_file(path), "", path);
     } catch (const toml::parse_error& error) {
         throw Error(ErrorCode::Input, "settings '{}', line {}: {}", path, error.source().begin.line,
                     error.description());
@@ -71,16 +92,13 @@ void saveSettings(const Settings& settings, const std::string& path)
         text += fmt::format("{} = {}  # {}{}{}\n", p.name, tomlValue(toJson(settings, p)), *p.unit ? p.unit : "",
                             *p.unit ? ": " : "", p.help);
     }
-    const std::string partial = path + ".partial";
-    std::ofstream file(partial);
+    io::checkOutputFolder(path);
+    io::AtomicFile whole(path);
+    std::ofstream file(whole.temporaryPath());
     file << text;
     file.close();
-    std::error_code failure;
-    if (file) std::filesystem::rename(partial, path, failure);
-    if (!file || failure) {
-        std::filesystem::remove(partial, failure);
-        throw Error(ErrorCode::Output, "settings cannot be written to '{}'", path);
-    }
+    if (!file) throw Error(ErrorCode::Output, "settings '{}': cannot be written", path);
+    whole.commit();
 }
 
 }  // namespace virga::shot

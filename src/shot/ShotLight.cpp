@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/Error.h"
 #include "core/Log.h"
 #include "io/Plate.h"
 
@@ -15,6 +16,8 @@ environment::DropRadianceOptions bakerOptions(const Settings& s)
 {
     environment::DropRadianceOptions options;
     options.paper = s.paper;
+    if (s.envOrder && *s.envOrder != std::floor(*s.envOrder))
+        throw Error(ErrorCode::InvalidArgument, "--env-order '{:g}': must be a whole number", *s.envOrder);
     if (s.envOrder)
         options.order = int(*s.envOrder);
     else if (s.paper)
