@@ -8,6 +8,19 @@ layout(std430, binding = 0) readonly buffer FrameBlock { FrameConstants frame; }
 /// drawn (alpha = 0.002) still has 500 steps.
 const float opticalDepthSteps = 262144.0;
 
+/// Sums kept for each pixel: optical depth; with fog, optical depth weighted with the light that the fog in front lets
+/// through; with lamps, optical depth weighted with their radiance in the drop, RGB.
+#ifdef FOG
+const uint lampsAccumulator = 2u;
+#else
+const uint lampsAccumulator = 1u;
+#endif
+#ifdef LIGHTS
+const uint accumulatorsPerPixel = lampsAccumulator + 3u;
+#else
+const uint accumulatorsPerPixel = lampsAccumulator;
+#endif
+
 /// -ln(1 - alpha) without cancellation for small alpha.
 float opticalDepthOf(float alpha)
 {

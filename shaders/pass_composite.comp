@@ -4,6 +4,7 @@
 #ifndef BLURRED
 #include "common_grade.glsl"
 #endif
+#include "common_lights.glsl"
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
@@ -28,6 +29,21 @@ layout(binding = 4) uniform sampler2D lightGrid;
 #if defined(BOOST) || defined(FOG)
 layout(binding = 5) uniform sampler2D lowPassGrid;
 #endif
+
+/// The layer, premultiplied, that the drops over a pixel make. sums: the pixel's accumulators; lit: light that a drop
+/// returns; fogLight: of the fog in front of it.
+vec4 dropLayer(float sums[accumulatorsPerPixel], vec3 lit, vec3 fogLight)
+{
+    float alpha = 1.0 - exp(-sums[0] / opticalDepthSteps);
+    vec3 light = lit;
+#ifdef FOG
+    light = mix(fogLight, lit, sums[1] / sums[0]);
+#endif
+#ifdef LIGHTS
+    light += vec3(sums[lampsAccumulator], sums[lampsAccumulator + 1u], sums[lampsAccumulator + 2u]) / sums[0];
+#endif
+    return vec4(light * alpha, alpha);
+}
 
 vec4 over(vec4 front, vec4 back) { return front + (1.0 - front.a) * back; }
 
@@ -56,10 +72,11 @@ void main()
 #else
     vec3 lit = drop;
 #endif
+    vec3 fogLight = vec3(0.0);
 #ifdef FOG
     // Of what a large drop takes out of a beam half is refracted and reflected, half is diffracted straight on
     // (Babinet): the fog returns the mean of the drop's light and of what is behind it.
-    vec3 airlight = mix(0.5 * (drop + behind), frame.fogColor.rgb, frame.fogColor.a);
+    fogLight = mix(0.5 * (drop + behind), frame.fogColor.rgb, frame.fogColor.a);
 #endif
 #endif
 
@@ -70,45 +87,46 @@ void main()
     float opticalDepth = frame.boost.z;
 #endif
     float fogAlpha = 1.0 - exp(-opticalDepth);
-    vec4 fog = vec4(airlight * fogAlpha, fogAlpha);
+    vec4 fog = vec4(fogLight * fogAlpha, fogAlpha);
+#ifdef LIGHTS
+    // Sun et al. 2005: the glow around lamps, which only adds.
+    vec3 ray = pixelRay(vec2(pixel) + 0.5);
+#ifdef DEPTH
+    float distance = min(texelFetch(sceneDepth, pixel, 0).r, frame.range.y) * length(ray);
+#else
+    float distance = frame.range.y;
+#endif
+    vec3 direction = transpose(mat3(frame.cameraFromWorldOpen)) * normalize(ray);
+    for (uint n = 0u; n < frame.lights.x; ++n)
+        fog.rgb += lights[n].intensity.rgb * airlight(direction, distance, lights[n].place.xyz, frame.medium.x);
+#endif
     result = over(fog, result);
 #endif
 
+    uint base = index * accumulatorsPerPixel;
 #ifdef SPLASHES
-    uint splashSteps = splashAccumulators[2u * index], splashLight = splashAccumulators[2u * index + 1u];
     vec4 splash = vec4(0.0);
-    if (splashSteps != 0u) {
-        splashAccumulators[2u * index] = 0u;
-        splashAccumulators[2u * index + 1u] = 0u;
-        splash.a = 1.0 - exp(-float(splashSteps) / opticalDepthSteps);
-        splash.rgb = splash.a * lit;
-#ifdef FOG
-        float clear = float(splashLight) / float(splashSteps);  // share that the fog in front lets through
-        splash.rgb = splash.a * mix(airlight, lit, clear);
-#endif
+    if (splashAccumulators[base] != 0u) {
+        float sums[accumulatorsPerPixel];
+        for (uint n = 0u; n < accumulatorsPerPixel; ++n) {
+            sums[n] = float(splashAccumulators[base + n]);
+            splashAccumulators[base + n] = 0u;
+        }
+        splash = dropLayer(sums, lit, fogLight);
     }
     result = over(splash, result);
 #endif
 
 #ifdef RAIN
     vec4 rain = vec4(0.0);
-#ifdef FOG
-    uint rainSteps = accumulators[2u * index];
-    if (rainSteps != 0u) {
-        float clear = float(accumulators[2u * index + 1u]) / float(rainSteps);
-        accumulators[2u * index] = 0u;
-        accumulators[2u * index + 1u] = 0u;
-        rain.a = 1.0 - exp(-float(rainSteps) / opticalDepthSteps);
-        rain.rgb = rain.a * mix(airlight, lit, clear);
+    if (accumulators[base] != 0u) {
+        float sums[accumulatorsPerPixel];
+        for (uint n = 0u; n < accumulatorsPerPixel; ++n) {
+            sums[n] = float(accumulators[base + n]);
+            accumulators[base + n] = 0u;
+        }
+        rain = dropLayer(sums, lit, fogLight);
     }
-#else
-    uint rainSteps = accumulators[index];
-    if (rainSteps != 0u) {
-        accumulators[index] = 0u;
-        rain.a = 1.0 - exp(-float(rainSteps) / opticalDepthSteps);
-        rain.rgb = rain.a * lit;
-    }
-#endif
     result = over(rain, result);
 #endif
 

@@ -5,6 +5,7 @@
 #include "common_frame.glsl"
 #include "shared/drop_field.glsl"
 #include "shared/splash.glsl"
+#include "common_lights.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -38,6 +39,9 @@ void emit(vec3 hit, uvec4 bits, uvec4 more, float age, float depth, float weight
     splash.look.w = weight;
 #ifdef FOG
     splash.light.x = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
+#endif
+#ifdef LIGHTS
+    splash.light.yzw = lampsInDrop(hit) * splash.light.x;
 #endif
     uint at = atomicAdd(splashCount, 1u);
     if (at >= frame.splashKey.w) return;  // the list is full: denser than a picture can show

@@ -3,6 +3,7 @@
 #include "common_frame.glsl"
 #include "shared/drop_field.glsl"
 #include "shared/visibility.glsl"
+#include "common_lights.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -92,6 +93,9 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     stroke.look = vec4((drop.look & 1u) == 0u ? matte : -matte, 1.0, width / (2.0 * halfWidth), blur);
 #ifdef FOG
     stroke.look.y = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
+#endif
+#ifdef LIGHTS
+    stroke.lamps = vec4(lampsInDrop(0.5 * (drop.open + drop.close)) * stroke.look.y, 0.0);
 #endif
     return true;
 }

@@ -19,9 +19,15 @@ void deposit(ivec2 pixel, float alpha, Splash splash)
     float optical = opticalDepthOf(min(alpha, 0.9)) * opticalDepthSteps * splash.look.w;
     uint steps = uint(optical + 0.5);
     if (steps == 0u) return;
-    uint index = uint(pixel.y) * frame.picture.x + uint(pixel.x);
-    atomicAdd(splashAccumulators[2u * index], steps);
-    atomicAdd(splashAccumulators[2u * index + 1u], uint(optical * splash.light.x + 0.5));
+    uint base = (uint(pixel.y) * frame.picture.x + uint(pixel.x)) * accumulatorsPerPixel;
+    atomicAdd(splashAccumulators[base], steps);
+#ifdef FOG
+    atomicAdd(splashAccumulators[base + 1u], uint(optical * splash.light.x + 0.5));
+#endif
+#ifdef LIGHTS
+    for (uint c = 0u; c < 3u; ++c)
+        atomicAdd(splashAccumulators[base + lampsAccumulator + c], uint(optical * splash.light[c + 1u] + 0.5));
+#endif
 }
 
 /// A soft ball of `mass` [px^2] and radius r [px] around a place.

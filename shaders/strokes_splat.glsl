@@ -19,11 +19,6 @@ layout(std430, binding = 5) readonly buffer AlongPrefix { float alongPrefix[]; }
 layout(binding = 3) uniform sampler2DArray mattes;  // each row scaled to a mean of 1
 const float resolvedTile = 8.0;  // [px]
 
-#ifdef FOG
-const uint accumulatorsPerPixel = 2;
-#else
-const uint accumulatorsPerPixel = 1;
-#endif
 
 /// Integral of the profile 3/4 (1 - x^2) from -1 to x.
 float acrossIntegral(float x)
@@ -57,6 +52,11 @@ void deposit(ivec2 pixel, float alpha, float depth, Stroke stroke)
     atomicAdd(accumulators[index * accumulatorsPerPixel], steps);
 #ifdef FOG
     atomicAdd(accumulators[index * accumulatorsPerPixel + 1u], uint(optical * stroke.look.y + 0.5));
+#endif
+#ifdef LIGHTS
+    uvec3 lamps = uvec3(optical * stroke.lamps.rgb + 0.5);
+    for (uint c = 0u; c < 3u; ++c)
+        if (lamps[c] != 0u) atomicAdd(accumulators[index * accumulatorsPerPixel + lampsAccumulator + c], lamps[c]);
 #endif
 #ifdef NEAREST
     if (alpha >= visibleInData) atomicMin(nearestDepth[index], floatBitsToUint(depth));

@@ -23,6 +23,8 @@ struct FrameConstants {
     uvec4 splashKey;  // x: seed; y, z: coarsest cell that the camera is in; w: most splashes a picture may list
     uvec4 splashTime; // x: time slot; y: subdivisions of the coarsest cell, log2; z, w: -
     vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]
+    uvec4 lights;     // x: number of lamps; y, z, w: -
+    vec4 medium;      // x: extinction of the air around lamps [1/m]; y, z, w: -
     vec4 lut;         // x: delta, y: maximum of the colour transfer's encoding; z: nodes a side; w: -
 };
 
@@ -31,4 +33,13 @@ struct Stroke {
     vec4 path;   // x, y: start; z, w: end [px]
     vec4 body;   // x: half width, defocus included [px]; y: what the drop covers, in pixels times exposures; z, w: depth at start, end [m]
     vec4 look;   // x: matte layer + 1, negative if mirrored; y: share of its light that the fog in front lets through; z: drop width / full width; w: blur along the path [px]
+#ifdef LIGHTS
+    vec4 lamps;  // rgb: radiance that the drop returns of the scene's lamps, fog in front taken off; w: -
+#endif
+};
+
+/// A lamp, small against its distance.
+struct PointLight {
+    vec4 place;      // xyz: from the camera at shutter open, world axes [m]; w: -
+    vec4 intensity;  // rgb: radiant intensity, scene-linear radiance times area [m^2]; w: -
 };

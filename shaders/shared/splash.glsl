@@ -8,7 +8,7 @@ struct Splash {
     vec4 place;    // x, y: of the impact on the picture [px]; z: pixels a metre there; w: depth [m]
     vec4 crown;    // x: radius at the rim [m]; y: height [m]; z: opacity; w: radius of a droplet [m]
     vec4 look;     // x: number of droplets; y: age in lifetimes; z: hash bits as float; w: impacts that it stands for
-    vec4 light;    // x: share of its light that the fog in front lets through; y: drop diameter [m]; z, w: -
+    vec4 light;    // x: share of its light that the fog in front lets through; yzw: rgb radiance of lamps in it, fog taken off
 };
 
 /// A splash of a drop of diameter D [m] at age 0..1 of its life. After high-speed pictures of drops on a thin film of
@@ -24,6 +24,6 @@ VIRGA_FN Splash splashOf(float diameter, float age, uvec4 bits)
     splash.crown = vec4(diameter * (0.8f + 3.2f * sqrt(age)), 2.5f * vigour * diameter * rise,
                         0.35f * (1.0f - age) * (1.0f - age), 0.1f * diameter);
     splash.look = vec4(float(bits.y % 6u), age, float(bits.z >> 8u), 1.0f);
-    splash.light = vec4(1.0f, diameter, vigour, 0.0f);
+    splash.light = vec4(1.0f, 0.0f, 0.0f, 0.0f);
     return splash;
 }

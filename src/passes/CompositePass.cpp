@@ -17,6 +17,7 @@ gl::Defines definesOf(const Features& features)
     add(features.darken, "DARKEN");
     add(features.colorTransfer, "COLOR_TRANSFER");
     add(features.boost, "BOOST");
+    add(features.lights, "LIGHTS");
     add(features.layers, "LAYERS");
     return defines;
 }

@@ -40,8 +40,8 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
     const std::size_t pixels = std::size_t(width) * std::size_t(height);
     plate = pictureTexture(GL_RGBA32F, width, height);
     beauty_ = gl::Buffer(pixels * 4 * sizeof(float), 0);
-    if (features.rain) accumulators_ = zeroedBuffer(pixels * (features.fog ? 2 : 1) * sizeof(std::uint32_t));
-    if (features.splashes) splashAccumulators_ = zeroedBuffer(pixels * 2 * sizeof(std::uint32_t));
+    if (features.rain) accumulators_ = zeroedBuffer(accumulatorBytes());
+    if (features.splashes) splashAccumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.depth) depth_ = pictureTexture(GL_R32F, width, height);
     if (features.blur) {
         blurA = pictureTexture(GL_RGBA32F, width, height);
@@ -57,6 +57,13 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
         nearestDepth = gl::Buffer(pixels * sizeof(std::uint32_t));
         nearestMotion = gl::Buffer(pixels * sizeof(std::uint32_t));
     }
+}
+
+std::size_t FrameTargets::accumulatorBytes() const
+{
+    // As accumulatorsPerPixel of common_frame.glsl.
+    const std::size_t sums = 1 + (features_.fog ? 1 : 0) + (features_.lights ? 3 : 0);
+    return std::size_t(width_) * std::size_t(height_) * sums * sizeof(std::uint32_t);
 }
 
 void FrameTargets::setConstants(const shared::FrameConstants& constants)
@@ -88,6 +95,18 @@ void FrameTargets::uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF 
     if (features_.lowPass()) lowPass_ = equirectangularTexture(lowPassBackground);
 }
 
+void FrameTargets::uploadRingTransfer(const std::vector<float>& ringTransfer)
+{
+    ringTransfer_ = gl::Texture::make2D(GL_RGB32F, int(ringTransfer.size() / 3), 1);
+    ringTransfer_.upload(GL_RGB, GL_FLOAT, ringTransfer.data());
+}
+
+void FrameTargets::uploadLights(std::span<const shared::PointLight> lights)
+{
+    lights_.reserve(lights.size_bytes());
+    lights_.upload(lights);
+}
+
 void FrameTargets::uploadLut(int size, const std::vector<float>& rgb)
 {
     lut_ = gl::Texture::make3D(GL_RGB32F, size, size, size);
@@ -105,6 +124,7 @@ void FrameTargets::bind() const
     bindTexture(lightGrid, DropRadianceUnit);
     bindTexture(lowPassGrid, LowPassUnit);
     bindTexture(lut_, LutUnit);
+    bindTexture(ringTransfer_, RingTransferUnit);
 
     const auto bindBuffer = [](const gl::Buffer& buffer, StorageIndex index) {
         if (buffer.name() != 0) buffer.bindStorage(index);
@@ -116,6 +136,7 @@ void FrameTargets::bind() const
     bindBuffer(nearestDepth, NearestDepthIndex);
     bindBuffer(nearestMotion, NearestMotionIndex);
     bindBuffer(splashAccumulators_, SplashAccumulatorsIndex);
+    bindBuffer(lights_, LightsIndex);
 }
 
 void FrameTargets::bindLightMaps() const

@@ -2,6 +2,7 @@
 // size and a set of features; nothing is made that no feature needs.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct Features {
     bool darken = false;
     bool colorTransfer = false;
     bool boost = false;      ///< background boost
+    bool lights = false;     ///< lamps in the scene
     bool layers = false;     ///< rain, splash, fog, plate beside the beauty
     bool cameraMotion = false;  ///< the camera moves while the shutter is open
     bool software = false;   ///< the device is Mesa's software renderer: barriers are dear, atomics are not
@@ -33,7 +35,7 @@ struct Features {
 };
 
 /// Bindings, as common_frame.glsl and the passes name them.
-enum TextureUnit : unsigned { PlateUnit, DepthUnit, FogTableUnit, MattesUnit, DropRadianceUnit, LowPassUnit, LutUnit };
+enum TextureUnit : unsigned { PlateUnit, DepthUnit, FogTableUnit, MattesUnit, DropRadianceUnit, LowPassUnit, LutUnit, RingTransferUnit };
 enum StorageIndex : unsigned {
     FrameIndex,
     CellsIndex,
@@ -49,7 +51,8 @@ enum StorageIndex : unsigned {
     SplashAccumulatorsIndex,
     SplashesIndex,
     SplashListIndex,
-    BlocksIndex
+    BlocksIndex,
+    LightsIndex
 };
 
 class FrameTargets {
@@ -65,6 +68,9 @@ public:
     void uploadDepth(ConstImageViewF depth);            ///< width x height x 1 [m], +inf sky
     void uploadFogTable(const std::vector<float>& opticalDepth);  ///< at places 0..1, see fogTablePlace()
     void uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);  ///< equirectangular RGB
+    /// ringTransfer: D(theta) [1/sr] RGB at equal steps of theta from 0 to pi.
+    void uploadRingTransfer(const std::vector<float>& ringTransfer);
+    void uploadLights(std::span<const shared::PointLight> lights);
     void uploadLut(int size, const std::vector<float>& rgb);
 
     /// Everything that passes read, on its unit and index. The light pass takes the maps, later ones the grids.
@@ -83,12 +89,13 @@ public:
     gl::Buffer nearestDepth, nearestMotion;
 
 private:
+    std::size_t accumulatorBytes() const;
     ImageF readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const;
 
     Features features_;
     int width_, height_;
-    gl::Buffer constants_, accumulators_, splashAccumulators_, beauty_, layers_;
-    gl::Texture depth_, fogTable_, dropRadiance_, lowPass_, lut_;
+    gl::Buffer constants_, accumulators_, splashAccumulators_, beauty_, layers_, lights_;
+    gl::Texture depth_, fogTable_, dropRadiance_, lowPass_, lut_, ringTransfer_;
 };
 
 }  // namespace virga::passes

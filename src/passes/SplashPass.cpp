@@ -12,6 +12,7 @@ gl::Defines definesOf(const Features& features)
 {
     gl::Defines defines;
     if (features.fog) defines.emplace_back("FOG", "");
+    if (features.lights) defines.emplace_back("LIGHTS", "");
     return defines;
 }
 

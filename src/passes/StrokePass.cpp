@@ -42,6 +42,7 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
     if (features.fog) defines.emplace_back("FOG", "");
     if (features.depth) defines.emplace_back("DEPTH", "");
     if (features.nearest) defines.emplace_back("NEAREST", "");
+    if (features.lights) defines.emplace_back("LIGHTS", "");
     if (features.cameraMotion) defines.emplace_back("CAMERA_MOTION", "");
     if (!features.software) defines.emplace_back("GROUPED", "");
     for (const char* word : more) defines.emplace_back(word, "");
@@ -89,7 +90,7 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     const std::size_t classesBytes = list.classes.size() * sizeof(shared::DropClass);
     cells_.reserve(list.cells.size() * sizeof(shared::Cell));
     classes_.reserve(wavesBytes + classesBytes);
-    strokes_.reserve(list.drops * sizeof(shared::Stroke));
+    strokes_.reserve(list.drops * (features_.lights ? shared::litStrokeBytes : sizeof(shared::Stroke)));
     blocks_.reserve(list.blocks.size() * sizeof(std::uint32_t));
     cells_.upload(std::span(list.cells));
     blocks_.upload(std::span(list.blocks));
