@@ -23,5 +23,8 @@ using glm::exp;
 using glm::log;
 using glm::abs;
 using glm::fract;
+using glm::length;
+using glm::max;
+using glm::min;
 using glm::sqrt;
 }  // namespace virga::shared
