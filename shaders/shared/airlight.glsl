@@ -55,3 +55,12 @@ VIRGA_FN float airlightQuadrature(vec3 direction, float distance, vec3 light, fl
     // beta / (2 pi) times dy = 2 scale / (1 - q)^3 dq.
     return 0.31830989f * extinction * exp(-extinction * straight) * scale * last * sum;
 }
+
+/// Nearer than this a lamp whose size is not known is no point [m].
+const float pointLightRadius = 0.05f;
+
+/// As above for a lamp of pointLightRadius.
+VIRGA_FN float airlight(vec3 direction, float distance, vec3 light, float extinction)
+{
+    return airlightQuadrature(direction, distance, light, pointLightRadius, extinction);
+}

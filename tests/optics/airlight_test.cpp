@@ -189,6 +189,8 @@ TEST(AirlightQuadrature, TakesAnyDistanceAndPlace)
     const float open = shared::airlightQuadrature(ray, inf, lamp, 0.1f, 0.1f);
     EXPECT_NEAR(shared::airlightQuadrature(ray, 1e30f, lamp, 0.1f, 0.1f) / open, 1.0f, 1e-6f);
     EXPECT_NEAR(open / airlight(5.0, 0.1, infinity, 0.1), 1.0, 5e-4);
+    EXPECT_NEAR(shared::airlight(ray, inf, lamp, 0.1f) / airlight(5.0, shared::pointLightRadius, infinity, 0.1), 1.0,
+                5e-4);
     // In the camera, without a radius, in air so clear that 9 / beta is no float: finite.
     EXPECT_TRUE(std::isfinite(shared::airlightQuadrature(ray, inf, glm::vec3(0), 0.0f, 0.1f)));
     EXPECT_TRUE(std::isfinite(shared::airlightQuadrature(ray, inf, lamp, 0.0f, 1e-38f)));
