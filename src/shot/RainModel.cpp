@@ -75,8 +75,9 @@ particles::Visibility RainModel::visibility(const particles::Exposure& exposure)
 
 double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposure) const
 {
-    // What strokes gain in opacity the undrawn drops gain too, or the threshold would change how much rain there is.
-    return opacity_ * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
+    // What strokes gain in opacity the undrawn drops gain too, up to Q = 2: what rain really takes out of a beam, its
+    // diffraction counted (van de Hulst 1957), and what meteorological visibility is made of.
+    return std::min(opacity_, 2.0) * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
                                                  sizes_.extinction(1.0));
 }
 

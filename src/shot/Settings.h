@@ -23,10 +23,10 @@ struct Settings {
     std::array<double, 2> wind_m_s{0, 0};
     double gust_m_s = 0.3;
     double turbulence_m_s = 0.25;
-    double opacity = 2.5;
+    double opacity = 4;
     double near_m = 0.5;
     double far_m = 200;
-    double threshold = 0.006;
+    double threshold = 0.015;
     std::int64_t seed = 1;
     std::string mattes;
     // camera
