@@ -223,7 +223,12 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
 
     if (m.plan.features.colorTransfer) {
         std::vector<ConstImageViewF> frames(plateSamples.begin(), plateSamples.end());
-        m.lut = grade::makeColorTransfer(frames, io::readLinearImage(settings.gradeFrom), {.strength = settings.gradeAmount});
+        const ImageF still = io::readLinearImage(settings.gradeFrom);
+        try {
+            m.lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
+        } catch (const Error& error) {
+            throw Error(error.code(), "--grade-from '{}': {}", settings.gradeFrom, error.what());
+        }
     }
     const particles::Exposure first = m.exposureAt(shot.firstFrame);
     if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);

@@ -11,6 +11,7 @@
 #include "core/Error.h"
 #include "core/Log.h"
 #include "io/AtomicFile.h"
+#include "io/ImageFile.h"
 #include "shot/ContactSheet.h"
 #include "shot/Parameters.h"
 
@@ -120,6 +121,9 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                                                       .onError = onError});
     const io::PlateInfo& plate = reader->info();
     const std::vector<FrameNumber> frames = framesOf(options, plate, onError);
+    if (frames.size() > 1 && io::isImageName(options.output) && !io::isFramePattern(options.output))
+        throw Error(ErrorCode::Output, "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr",
+                    options.output, frames.size());
     const auto writer = io::createPlateWriter(options.output, *reader,
                                               {.outputColorspace = settings.outputColorspace,
                                                .codec = settings.codec,
