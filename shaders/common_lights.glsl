@@ -13,7 +13,7 @@ vec3 lampsInDrop(vec3 place)
     vec3 view = normalize(place);
     for (uint n = 0u; n < frame.lights.x; ++n) {
         vec3 way = lights[n].place.xyz - place;
-        float distance2 = max(dot(way, way), 0.0025);  // nearer than 5 cm a lamp is no point
+        float distance2 = max(dot(way, way), lights[n].place.w * lights[n].place.w);  // no drop is inside a lamp
         // theta = 0 is the lamp straight behind the drop.
         float theta = acos(clamp(dot(view, way) * inversesqrt(distance2), -1.0, 1.0));
         vec3 share = textureLod(ringTransfer, vec2(theta * 0.31830988618, 0.5), 0.0).rgb;

@@ -98,7 +98,7 @@ void main()
 #endif
     vec3 direction = transpose(mat3(frame.cameraFromWorldOpen)) * normalize(ray);
     for (uint n = 0u; n < frame.lights.x; ++n)
-        fog.rgb += lights[n].intensity.rgb * airlight(direction, distance, lights[n].place.xyz, frame.medium.x);
+        fog.rgb += lights[n].intensity.rgb * airlightQuadrature(direction, distance, lights[n].place.xyz, lights[n].place.w, frame.medium.x);
 #endif
     result = over(fog, result);
 #endif

@@ -40,6 +40,6 @@ struct Stroke {
 
 /// A lamp, small against its distance.
 struct PointLight {
-    vec4 place;      // xyz: from the camera at shutter open, world axes [m]; w: -
+    vec4 place;      // xyz: from the camera at shutter open, world axes [m]; w: radius [m]
     vec4 intensity;  // rgb: radiant intensity, scene-linear radiance times area [m^2]; w: -
 };

@@ -16,6 +16,7 @@
 #include "gl/Context.h"
 #include "gl/PassTimer.h"
 #include "grade/ColorTransfer.h"
+#include "optics/DropTransfer.h"
 #include "particles/RainField.h"
 #include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
@@ -24,6 +25,7 @@
 #include "passes/StrokePass.h"
 #include "shot/AtlasFile.h"
 #include "shot/DepthSource.h"
+#include "shot/LightsFile.h"
 #include "shot/RainModel.h"
 #include "shot/ShotLight.h"
 
@@ -58,6 +60,20 @@ std::size_t repairPixels(ImageF& image)
     return repaired;
 }
 
+/// D(theta) for R, G, B at equal steps of theta from 0 to pi, each averaged over a step: a lamp is a degree or so wide.
+std::vector<float> ringTransferTable()
+{
+    constexpr int steps = 256;
+    std::vector<float> table(3 * steps);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const optics::RingTransfer ring({.index = optics::waterIndex[c]});
+        for (int i = 0; i < steps; ++i)
+            table[3 * std::size_t(i) + c] =
+                float(ring.mean((i + 0.5) * std::numbers::pi / steps, 0.5 * std::numbers::pi / steps));
+    }
+    return table;
+}
+
 }  // namespace
 
 camera::Pose standingPose(const Settings& settings)
@@ -85,6 +101,7 @@ struct Compositor::Impl {
     std::optional<RainModel> rain;
     std::optional<ShotLight> light;
     std::optional<DepthSource> depth;
+    std::vector<SceneLight> lamps;
     grade::ColorLut lut;
 
     // Destroyed in reverse order: GL objects before their context.
@@ -101,7 +118,9 @@ struct Compositor::Impl {
 
     camera::Projection projectionAt(const camera::Pose& pose) const;
     particles::Exposure exposureAt(FrameNumber frame) const;
+    double extinctionAround(const particles::Exposure& exposure) const;
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
+    void uploadLamps(const particles::Exposure& exposure);
     void uploadFog(const particles::Exposure& exposure);
     void uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
     void openDevice(const CompositorOptions& options);
@@ -127,6 +146,12 @@ particles::Exposure Compositor::Impl::exposureAt(FrameNumber frame) const
     return exposure;
 }
 
+/// Extinction of the air near the scene's lamps [1/m]: the fog's, or the mean of the undrawn rain's over 100 m.
+double Compositor::Impl::extinctionAround(const particles::Exposure& exposure) const
+{
+    return settings.fog_1_m ? *settings.fog_1_m : rain->opticalDepth(100, exposure) / 100;
+}
+
 shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure& exposure) const
 {
     shared::FrameConstants c{};
@@ -150,6 +175,8 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     c.boost = {float(settings.paper ? 0.7 : settings.backgroundBoost), settings.paper ? 1.0f : 0.0f, 0, 0};
     c.grade = {float(settings.darken), float(settings.desaturate), float(settings.blur_px),
                float(settings.blurDistance_m)};
+    c.lights.x = std::uint32_t(lamps.size());
+    if (plan.features.fog) c.medium.x = float(extinctionAround(exposure));
     c.lut = {lut.delta, lut.maximum, float(lut.size), 0};
     if (rain) {
         c.range.z = float(rain->visibility(exposure).threshold);
@@ -159,6 +186,15 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     if (plan.features.splashes) rain->describeSplashes(c, exposure, settings);
     c.splashKey.w = std::uint32_t(passes::SplashPass::capacity(shot.width, shot.height));
     return c;
+}
+
+void Compositor::Impl::uploadLamps(const particles::Exposure& exposure)
+{
+    std::vector<shared::PointLight> fromCamera;
+    for (const SceneLight& lamp : lamps)
+        fromCamera.push_back({glm::vec4(glm::vec3(lamp.position - exposure.poseAtOpen.position), float(lamp.radius_m)),
+                              glm::vec4(glm::vec3(lamp.intensity), 0.0f)});
+    targets->uploadLights(fromCamera);
 }
 
 void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
@@ -176,7 +212,7 @@ void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
             table[std::size_t(i)] = float(opticalDepth(depth));
         }
     });
-    statistics.fogExtinction_1_m = opticalDepth(100) / 100;
+    statistics.fogExtinction_1_m = extinctionAround(exposure);
     targets->uploadFogTable(table);
 }
 
@@ -205,6 +241,7 @@ void Compositor::Impl::openDevice(const CompositorOptions& options)
     if (features.splashes) splashes.emplace(features, options.shaderFolder);
     if (features.blur) blur.emplace(features, options.shaderFolder);
     composite.emplace(features, options.shaderFolder);
+    if (features.lights) targets->uploadRingTransfer(ringTransferTable());
     if (features.colorTransfer) targets->uploadLut(lut.size, lut.rgb);
     timer.emplace();
     context->check("opening the passes");
@@ -233,6 +270,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     const particles::Exposure first = m.exposureAt(shot.firstFrame);
     if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);
     if (m.plan.features.light()) m.light.emplace(settings);
+    if (m.plan.features.lights) m.lamps = readLights(settings.lights);
     if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
     m.openDevice(options);
 }
@@ -293,6 +331,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
         m.targets->uploadPlate(plate.pixels);
         if (features.depth) m.uploadDepth(plate.number, exposure, plate.pixels);
         if (features.fog) m.uploadFog(exposure);
+        if (features.lights) m.uploadLamps(exposure);
         m.targets->setConstants(constants);
     });
     if (m.light)

@@ -51,6 +51,8 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
 
     add("environment", f.light(),
         f.light() ? (s.env.empty() ? "made from the plate" : fmt::format("'{}'", s.env)) : "nothing is lit by it");
+    f.lights = !s.lights.empty() && f.light();
+    add("lights", f.lights, f.lights ? fmt::format("'{}'", s.lights) : s.lights.empty() ? "no --lights" : "nothing is lit by them");
     f.boost = (s.backgroundBoost > 0 || s.paper) && (f.rain || f.splashes);
     add("background-boost", f.boost, f.boost ? (s.paper ? "--paper" : fmt::format("{:g}", s.backgroundBoost))
                                              : "--background-boost is 0");

@@ -47,6 +47,7 @@ constexpr Parameter table[] = {
     {"env-gain", "light", "x", 0, 1e6, "multiplies the light of the environment", &S::envGain},
     {"env-order", "light", "", 0, 64, "order of the spherical harmonics", &S::envOrder},
     {"sky", "light", "", 0, 1e6, "radiance of the sky where the plate does not show it", &S::sky},
+    {"lights", "light", "", 0, 0, "file with the lamps in the scene: drops near them shine, the air around them glows", &S::lights},
     {"background-boost", "light", "x", 0, 4, "adds back the background's detail, at no gain of energy", &S::backgroundBoost},
     {"paper", "light", "", 0, 0, "the light of Wang et al. 2006: order 3, nine terms, 0.7 of the background added", &S::paper},
     {"depth", "scene", "", 0, 0, "depth in metres, one image or a sequence (EXR, 16-bit PNG)", &S::depth},

@@ -45,6 +45,7 @@ struct Settings {
     double envGain = 1;
     AutoNumber envOrder;
     AutoNumber sky;
+    std::string lights;
     double backgroundBoost = 0;
     bool paper = false;
     // scene
