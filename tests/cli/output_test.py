@@ -1,0 +1,84 @@
+"""Exit code 5: folders, formats, names. Everything is checked before the first frame is rendered.
+
+Permissions are no obstacle to root, so folders that cannot be written to are ones that nobody can write to: a path below
+a file, /proc, and /dev/full for standard output."""
+import subprocess
+import unittest
+
+from support import OFF, VIRGA, CliTest, knownFault, makeMovie, street, writeImage
+
+
+class Outputs(CliTest):
+    @classmethod
+    def makePlates(cls):
+        makeMovie(cls.folder / "clip.mp4")
+        writeImage(cls.folder / "still.png", street()[..., :3], "uint8")
+        for frame in range(1, 4):
+            writeImage(cls.folder / f"shot.{frame:04d}.exr", street(seed=frame))
+        (cls.folder / "folder").mkdir()
+        (cls.folder / "link.mp4").symlink_to("clip.mp4")
+
+    def refusedOutput(self, output, *words, plate="clip.mp4"):
+        with self.subTest(output=output):
+            self.refused(5, [output, *words], "rain", "--quiet", plate, "-o", output)
+
+    def test_folder(self):
+        self.refusedOutput("none/out.mp4", "the folder none does not exist")
+        self.refusedOutput("none/out.%04d.exr", "the folder none does not exist")
+        self.refusedOutput("still.png/out.mp4", "still.png is not a folder")
+        self.refusedOutput("folder", "is a folder")
+
+    def test_folderThatCannotBeWrittenTo(self):
+        self.refusedOutput("/proc/out.mp4")
+        self.refused(5, "/proc/out.0000.exr", "rain", "--quiet", "clip.mp4", "-o", "/proc/out.%04d.exr", *OFF)
+
+    def test_format(self):
+        self.refusedOutput("out.xyz", "'.xyz'", ".exr", ".mp4")
+        self.refusedOutput("out", ".exr", ".mp4")
+        self.refusedOutput("out.wav", "'.wav'")
+
+    @knownFault("src/io: OpenImageIO ends the program when its GIF writer is used")
+    def test_gif(self):
+        self.refused(5, "out.gif", "rain", "--quiet", "still.png", "-o", "out.gif", *OFF)
+
+    def test_noName(self):
+        self.refusedOutput("", "no name")
+
+    def test_oneImageForManyFrames(self):
+        self.refusedOutput("out.exr", "25 frames", "%04d")
+
+    def test_outputIsThePlate(self):
+        for output in ("clip.mp4", "./clip.mp4", "link.mp4"):
+            self.refusedOutput(output, "is the plate itself")
+        self.refusedOutput("still.png", "is the plate itself", plate="still.png")
+        for output in ("shot.####.exr", "./shot.%04d.exr"):
+            self.refusedOutput(output, "of the plate itself", plate="shot.%04d.exr")
+        self.refused(5, ["shot.0002.exr", "of the plate itself"], "rain", "--quiet", "shot.%04d.exr", "--frames", "2", "-o",
+                     "shot.0002.exr")
+
+    def test_preview(self):
+        for preview, words in (("none/sheet.png", "the folder none does not exist"), ("still.png/sheet.png", "not a folder"),
+                               ("sheet.mp4", ".png"), ("folder", "is a folder")):
+            with self.subTest(preview=preview):
+                self.refused(5, [preview, words], "rain", "--quiet", "clip.mp4", "-o", "out.mp4", "--preview", preview)
+        self.refused(5, "plate itself", "rain", "--quiet", "still.png", "-o", "out.png", "--preview", "./still.png")
+        self.refused(5, "output itself", "rain", "--quiet", "still.png", "-o", "out.png", "--preview", "out.png")
+
+    def test_saveSettings(self):
+        self.refused(5, "none/look.toml", "rain", "still.png", "-o", "out.png", "--save-settings", "none/look.toml")
+        self.refused(5, "plate itself", "rain", "still.png", "-o", "out.png", "--save-settings", "still.png")
+
+    def test_fullStandardOutput(self):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([VIRGA, "rain", "--quiet", "--json", "still.png", "-o", "out.png", *OFF], cwd=self.folder,
+                                  stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual((done.returncode, done.stderr), (5, "virga: standard output: cannot be written to\n"))
+
+    def test_whatWasThereIsReplacedOnlyBySomethingWhole(self):
+        (self.folder / "old.mp4").write_text("yesterday's")
+        self.refused(3, "none.exr", "rain", "--quiet", "clip.mp4", "-o", "old.mp4", "--env", "none.exr")
+        self.assertEqual((self.folder / "old.mp4").read_text(), "yesterday's")
+
+
+if __name__ == "__main__":
+    unittest.main()
