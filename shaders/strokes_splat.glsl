@@ -102,7 +102,9 @@ Walk walkOf(Stroke stroke)
     ivec2 size2 = ivec2(frame.picture.xy);
     if (!walk.steep) size2 = size2.yx;
     // Clamped as floats: a stroke that ends far outside must not overflow the conversion.
-    walk.rows = ivec2(clamp(vec2(floor(top), floor(bottom) + 1.0), vec2(0.0), vec2(size2.y)));
+    // Blur along the path reaches farther than the mass itself.
+    vec2 ends = vec2(floor(top - stroke.look.w), floor(bottom + stroke.look.w) + 1.0);
+    walk.rows = ivec2(clamp(ends, vec2(0.0), vec2(size2.y)));
     walk.columns = size2.x;
     return walk;
 }
