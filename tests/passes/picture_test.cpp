@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <string>
 
 #include "grade/ColorTransfer.h"
 #include "grade/Darken.h"
 #include "particles/CellHash.h"
+#include "passes/SplashPass.h"
 #include "rainfall/DropSizes.h"
 
 namespace virga::passes {
@@ -256,6 +259,80 @@ TEST_F(Pictures, ColorTransferEqualsItsTwin)
                     << color[0] << ", " << color[1] << ", " << color[2];
             }
         }
+}
+
+// The one struct that C++ and GLSL share by hand-counted rows: where the driver puts each member.
+TEST_F(Pictures, ConstantsLieWhereTheDriverReadsThem)
+{
+    using C = shared::FrameConstants;
+    const gl::Program program("pass_composite.comp", {{"RAIN", ""},
+                                                      {"FOG", ""},
+                                                      {"DEPTH", ""},
+                                                      {"SPLASHES", ""},
+                                                      {"BOOST", ""},
+                                                      {"DARKEN", ""},
+                                                      {"COLOR_TRANSFER", ""},
+                                                      {"LAYERS", ""}});
+    const auto offsetOf = [&](const char* member) {
+        const std::string name = std::string("FrameBlock.frame.") + member;
+        for (const std::string& spelled : {name, std::string("frame.") + member}) {
+            const GLuint index = glGetProgramResourceIndex(program.name(), GL_BUFFER_VARIABLE, spelled.c_str());
+            if (index == GL_INVALID_INDEX) continue;
+            const GLenum what = GL_OFFSET;
+            GLint offset = -1;
+            glGetProgramResourceiv(program.name(), GL_BUFFER_VARIABLE, index, 1, &what, 1, nullptr, &offset);
+            return offset;
+        }
+        ADD_FAILURE() << "the program has no " << name;
+        return -1;
+    };
+    EXPECT_EQ(offsetOf("lens"), GLint(offsetof(C, lens)));
+    EXPECT_EQ(offsetOf("picture"), GLint(offsetof(C, picture)));
+    EXPECT_EQ(offsetOf("fogColor"), GLint(offsetof(C, fogColor)));
+    EXPECT_EQ(offsetOf("boost"), GLint(offsetof(C, boost)));
+    EXPECT_EQ(offsetOf("grade"), GLint(offsetof(C, grade)));
+    EXPECT_EQ(offsetOf("lut"), GLint(offsetof(C, lut)));
+}
+
+TEST_F(Pictures, NothingIsMadeThatNoFeatureNeeds)
+{
+    const FrameTargets graded(16, 16, {.darken = true});
+    EXPECT_TRUE(bool(graded.plate));
+    EXPECT_FALSE(graded.blurA || graded.blurB || graded.lightGrid || graded.lowPassGrid);
+    EXPECT_EQ(graded.nearestDepth.name(), 0u);
+    EXPECT_EQ(graded.nearestMotion.name(), 0u);
+    const FrameTargets rainy(16, 16, {.rain = true});
+    EXPECT_TRUE(bool(rainy.lightGrid));
+    EXPECT_FALSE(rainy.blurA || rainy.lowPassGrid);
+    EXPECT_TRUE(bool(FrameTargets(16, 16, {.rain = true, .boost = true}).lowPassGrid));
+    EXPECT_TRUE(bool(FrameTargets(16, 16, {.blur = true}).blurB));
+}
+
+// Each feature alone, all together, all but one: every variant compiles.
+TEST_F(Pictures, VariantsCompile)
+{
+    const auto featuresOf = [](unsigned bits) {
+        Features f;
+        f.rain = bits & 1, f.fog = bits & 2, f.depth = bits & 4, f.splashes = bits & 8, f.blur = bits & 16,
+        f.darken = bits & 32;
+        f.colorTransfer = bits & 64, f.boost = bits & 128, f.layers = bits & 256, f.cameraMotion = bits & 512;
+        f.nearest = (bits & 1024) && f.rain, f.lights = bits & 2048, f.software = bits & 4096;
+        return f;
+    };
+    constexpr unsigned all = 8191;
+    std::vector<unsigned> variants = {all};
+    for (unsigned bit = 1; bit < all; bit *= 2) variants.insert(variants.end(), {bit, all & ~bit});
+    const matte::StrokeAtlas atlas = matte::makeOscillatingDropAtlas(1, {.groups = 1, .variants = 2, .liveliness = 0});
+    for (const unsigned bits : variants) {
+        const Features features = featuresOf(bits);
+        EXPECT_NO_THROW({
+            CompositePass composite(features);
+            if (features.rain) StrokePass strokes(features, atlas);
+            if (features.splashes) SplashPass splashes(features);
+            if (features.blur) BlurPass blur(features);
+            if (features.light()) LightPass light(features);
+        }) << bits;
+    }
 }
 
 TEST_F(Pictures, LightIsLookedUpWhereThePixelLooks)

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 #include <numbers>
 
 #include "Picture.h"
+#include "particles/Drops.h"
 #include "rainfall/DropSizes.h"
 
 namespace virga::passes {
@@ -166,6 +168,42 @@ TEST_F(Strokes, TheDeviceFindsTheDropsOfTheCpu)
         ++compared;
     }
     EXPECT_GE(compared, 30);
+}
+
+// Strokes that the device keeps: no visible one less, and none that is more than its margin of a pixel or two outside.
+TEST_F(Strokes, TheDeviceKeepsWhatShows)
+{
+    Picture picture(320, 240, {.rain = true, .layers = true, .cameraMotion = true});
+    const rainfall::DropSizes sizes(25);
+    const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(),
+                                     particles::Motion({.wind = {8, 1}, .turbulence = 0.7, .seed = 9}), 5);
+    particles::Exposure exposure;
+    exposure.open_s = 77;
+    exposure.duration_s = 0.02;
+    exposure.projection = {320, 240, double(Picture::focal)};
+    exposure.poseAtOpen.worldFromCamera = camera::rotationZXY(-0.2, 0.6, 0.1);
+    exposure.poseAtClose.worldFromCamera = camera::rotationZXY(-0.19, 0.63, 0.12);
+    exposure.poseAtClose.position = {0.1, 0, -0.2};
+    const particles::Visibility visibility = {.near_m = 0.5, .far_m = 9, .threshold = 2e-4};
+    const auto turned = [](const camera::Pose& pose) {
+        return glm::mat4(glm::mat3(glm::transpose(pose.worldFromCamera)));
+    };
+    picture.constants.cameraFromWorldOpen = turned(exposure.poseAtOpen);
+    picture.constants.cameraFromWorldClose = turned(exposure.poseAtClose);
+    picture.constants.range = {0.5f, 9, 2e-4f, 1};
+    picture.constants.focus.z = 0.02f;
+    const auto list = field.cellsInView(exposure, visibility);
+    picture.rainAlpha(list);
+    std::size_t inside = 0, around = 0;
+    for (const auto& drop : particles::test::dropsOf(list)) {
+        const double speed = field.classes()[drop.dropClass].speed;
+        inside += particles::test::isVisible(drop, speed, exposure, visibility, 0.01);
+        around += particles::test::isVisible(drop, speed, exposure, visibility, -1.01);
+    }
+    ASSERT_GT(inside, 1000u);
+    EXPECT_GE(picture.strokeCount(), inside);
+    // The device compares boxes: a slanted stroke may pass a corner. Those are few.
+    EXPECT_LE(double(picture.strokeCount()), 1.02 * double(around));
 }
 
 TEST_F(Strokes, AreHiddenBehindWhatIsNearer)

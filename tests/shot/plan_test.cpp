@@ -24,7 +24,8 @@ std::set<std::string> on(const FramePlan& plan)
                                              {"boost", f.boost},
                                              {"layers", f.layers},
                                              {"cameraMotion", f.cameraMotion},
-                                             {"nearest", f.nearest}};
+                                             {"nearest", f.nearest},
+                                             {"lights", f.lights}};
     std::set<std::string> names;
     for (const auto& [name, isOn] : all)
         if (isOn) names.insert(name);
@@ -52,6 +53,7 @@ Settings everything()
     s.desaturate = 0.2;
     s.gradeFrom = "still.png";
     s.backgroundBoost = 0.5;
+    s.lights = "lamps.toml";
     return s;
 }
 
@@ -102,6 +104,7 @@ const Without cases[] = {
      {"boost"},
      "background-boost",
      "--background-boost is 0"},
+    {"lamps", [](Settings& s, Wanted&, bool&) { s.lights.clear(); }, {"lights"}, "lights", "no --lights"},
     {"motion",
      [](Settings&, Wanted&, bool& moves) { moves = false; },
      {"cameraMotion"},
@@ -142,7 +145,7 @@ TEST_P(PlanWithout, LosesThatAndNothingElse)
 TEST(Plan, EverythingRunsEverything)
 {
     const FramePlan plan = planFrame(everything(), {.layers = true}, true);
-    EXPECT_EQ(on(plan).size(), 11u);
+    EXPECT_EQ(on(plan).size(), 12u);
 }
 
 TEST(Plan, EveryEffectOffIsAPassThrough)
