@@ -28,7 +28,8 @@ jpeg() {
 "$virga" rain "${street[@]}" -o "$work/plate.png" "${off[@]}"
 "$virga" rain "${street[@]}" -o "$work/rain.png" --rate 40
 "$virga" rain "${street[@]}" -o "$work/storm.png" --rate 80 --wind 5,2 --gust 2
-"$virga" rain "${street[@]}" -o "$work/night.png" --rate 30 --darken 0.85 --desaturate 0.4 --env-gain 0.15
+"$virga" rain "${street[@]}" -o "$work/night.png" --rate 30 --darken 0.85 --desaturate 0.4 --env-gain 0.15 \
+    --lights "$samples/street_lamps.toml"
 "$virga" rain "${street[@]}" -o "$work/layers.####.exr" --rate 80 --layers
 
 jpeg before_after "$work/plate.png" "$work/rain.png" "vstack"
