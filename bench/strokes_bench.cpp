@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +20,10 @@
 #include "gl/PassTimer.h"
 #include "matte/OscillatingDrops.h"
 #include "particles/RainField.h"
+#include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
 #include "passes/LightPass.h"
+#include "passes/SplashPass.h"
 #include "passes/StrokePass.h"
 
 namespace {
@@ -31,7 +35,8 @@ struct Case {
     int width, height;
     double strokes;
     double exposure_s;
-    bool light;  ///< fog and depth too
+    bool light;               ///< fog and depth too
+    bool everything = false;  ///< and splashes, blur, grade, boost, lamps, layers, depth and motion of strokes
 };
 
 double median(std::vector<double> values)
@@ -64,6 +69,30 @@ struct Options {
     int frames = 20;
 };
 
+/// A road 1.6 m under the camera, the sky above it.
+ImageF groundDepth(int width, int height, float focal_px)
+{
+    ImageF depth(width, height, 1, std::numeric_limits<float>::infinity());
+    for (int y = height / 2 + 1; y < height; ++y)
+        for (int x = 0; x < width; ++x) depth.at(x, y) = 1.6f * focal_px / (float(y) + 0.5f - 0.5f * float(height));
+    return depth;
+}
+
+/// Constants that only the passes of `everything` read: a medium rain's splashes, a lamp, a grade, a blur of 2 px.
+void describeEverything(shared::FrameConstants& constants, const Case& c)
+{
+    constants.boost = {0.3f, 0, 0.1f, 0};
+    constants.grade = {0.1f, 0.2f, 2, 50};
+    constants.splash = {3, 0.12f, 1, 0.4f};
+    constants.splashGrid = {0.1f, 0, 0, 0};
+    constants.splashKey = {1, 0, 0, std::uint32_t(passes::SplashPass::capacity(c.width, c.height))};
+    constants.splashTime = {7, 12, 0, 0};
+    constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};
+    constants.lights.x = 1;
+    constants.medium.x = 0.005f;
+    constants.lut = {0.02f, 1, 33, 0};
+}
+
 void run(const Case& c, const gl::Context& context, const Options& options)
 {
     if (!options.only.empty() && options.only != c.name) return;
@@ -83,12 +112,25 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     features.rain = true;
     features.software = context.device().isSoftware;
     features.fog = features.depth = c.light;
+    if (c.everything)
+        features.splashes = features.blur = features.darken = features.colorTransfer = features.boost = features.lights =
+            features.layers = features.nearest = features.cameraMotion = true;
     passes::FrameTargets targets(c.width, c.height, features);
     passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1), options.shaders);
     const passes::LightPass light(features, options.shaders);
     const passes::CompositePass composite(features, options.shaders);
+    std::optional<passes::SplashPass> splashes;
+    std::optional<passes::BlurPass> blur;
+    if (features.splashes) splashes.emplace(features, options.shaders);
+    if (features.blur) blur.emplace(features, options.shaders);
+    if (features.lights) {
+        targets.uploadRingTransfer(std::vector<float>(3 * 256, 0.1f));
+        const shared::PointLight lamp{{1, 1, -6, 0.1f}, {2, 1, 0.5f, 0}};
+        targets.uploadLights({&lamp, 1});
+    }
+    if (features.colorTransfer) targets.uploadLut(33, std::vector<float>(3 * 33 * 33 * 33, 0.01f));
 
-    ImageF plate(c.width, c.height, 4, 0.05f), depth(c.width, c.height, 1, 40.0f), white(64, 32, 3, 0.9f);
+    ImageF plate(c.width, c.height, 4, 0.05f), depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
     targets.uploadPlate(plate);
     if (c.light) targets.uploadDepth(depth);
     if (c.light) targets.uploadFogTable(std::vector<float>(256, 0.05f));
@@ -112,12 +154,21 @@ void run(const Case& c, const gl::Context& context, const Options& options)
         constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1.0f};
         constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
         constants.picture = {c.width, c.height, 0, 0};
+        if (c.everything) describeEverything(constants, c);
         strokes.describe(constants, cells);
         targets.setConstants(constants);
         targets.bind();
         timer.begin();
         light.run(targets);
         timer.mark("light");
+        if (blur) {
+            blur->run(targets);
+            timer.mark("blur");
+        }
+        if (splashes) {
+            splashes->run(targets);
+            timer.mark("splashes");
+        }
         strokes.run(targets, cells, timer);
         composite.run(targets);
         timer.mark("composite");
@@ -160,6 +211,7 @@ try {
     run({"80k.720x480.1/200s", 720, 480, 80e3, 1 / 200.0, false}, context, options);
     run({"80k.720x480.1/48s", 720, 480, 80e3, 1 / 48.0, false}, context, options);
     run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, context, options);
+    run({"80k.720x480.1/200s.everything", 720, 480, 80e3, 1 / 200.0, true, true}, context, options);
     run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, context, options);
     if (!context.device().isSoftware || !options.only.empty())
         run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, context, options);
