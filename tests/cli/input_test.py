@@ -238,6 +238,15 @@ class Others(InputTest):
         writeImage(self.folder / "nan.exr", np.full((8, 8, 3), np.nan))
         self.refusedShot(["nan.exr", "no finite pixel"], "--grade-from", "nan.exr")
 
+    def test_lights(self):
+        self.refusedShot(["none.toml", "no such file"], "--lights", "none.toml")
+        for text, words in (("[[light]\n", ["line 1"]), ("[[light]]\npositoin = [0, 1, 2]\n", ["line 2", "did you mean 'position'"]),
+                            ("[[light]]\nposition = [0, nan, 2]\n", ["line 2", "'position'", "nan"]),
+                            ("[[light]]\nposition = [0, 1, 2]\n", ["line 1", "'intensity'"])):
+            with self.subTest(text=text):
+                (self.folder / "bad.toml").write_text(text)
+                self.refusedShot(["bad.toml", *words], "--lights", "bad.toml")
+
     def test_camera(self):
         self.refusedShot(["none.chan"], "--camera", "none.chan")
         for text, words in (("", ["no frame"]), ("# nothing\n", ["no frame"]), ("1 0 0 0 0 0\n", ["line 1", "6 numbers"]),

@@ -21,6 +21,7 @@ class Plan(CliTest):
         writeImage(cls.folder / "plate.exr", street())
         writeImage(cls.folder / "depth.exr", np.full((HEIGHT, WIDTH), 20.0), channels=["Z"])
         writeImage(cls.folder / "env.exr", np.ones((16, 32, 3)))
+        (cls.folder / "lamps.toml").write_text("[[light]]\nposition = [1, 2, -5]\nintensity = [50, 40, 30]\n")
         (cls.folder / "bare.toml").write_text(BARE)
         (cls.folder / "pan.chan").write_text("0 0 0 0 0 0 0\n1 0 0 0 0 9 0\n")
         (cls.folder / "still.chan").write_text("0 0 0 0 0 0 0\n1 0 0 0 0 0 0\n")
@@ -79,6 +80,10 @@ class Plan(CliTest):
     def test_backgroundBoost(self):
         self.checkPass("background-boost", "--background-boost is 0", "--background-boost", "0.5")
         self.assertEqual(self.plan("--paper")["background-boost"], (True, "--paper"))
+
+    def test_lights(self):
+        self.assertEqual(self.checkPass("lights", "no --lights", "--lights", "lamps.toml"), "'lamps.toml'")
+        self.assertEqual(self.plan("--lights", "lamps.toml", "--rate", "0")["lights"], (False, "nothing is lit by them"))
 
     def test_layers(self):
         self.checkPass("layers", "no --layers", "--layers")
