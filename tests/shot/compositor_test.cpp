@@ -56,7 +56,7 @@ Settings nothing()
     return s;
 }
 
-/// All of it: wind, gusts, turbulence, splashes on the ground, a track that moves, turns and zooms.
+/// All of it: wind, gusts, turbulence, splashes on the ground, a lamp, a track that moves, turns and zooms.
 Settings stormOver(const TemporaryFolder& folder)
 {
     std::string track;
@@ -71,6 +71,7 @@ Settings stormOver(const TemporaryFolder& folder)
     s.exposure_s = 1.0 / 100;
     s.camera = folder.write("track.chan", track);
     s.ground = "1.7";
+    s.lights = folder.write("lamps.toml", "[[light]]\nposition = [14, 4, -12]\nintensity = [30, 20, 9]\n");
     s.blur_px = 1;
     s.backgroundBoost = 0.3;
     s.threshold = 0.004;
