@@ -19,7 +19,8 @@ layout(std430, binding = 13) buffer SplashList { uint splashGroups, splashY, spl
 const int blockSize = 4;          // pixels along the edge of a block
 const float faceUp = 0.7;         // least cosine between the surface's normal and up
 const float atEdge = 0.04;        // bend of inverse depth over a block, relative, that is taken for an edge
-const uint mostPerCell = 8u;
+const uint mostPerCell = 16u;
+const float mostWeight = 2.0;
 
 /// The point that a pixel shows, from the camera, world axes.
 vec3 pointAt(vec2 pixel, float depth)
@@ -78,8 +79,9 @@ void main()
     float level = min(ceil(log2(span / frame.splashGrid.x)), float(frame.splashTime.y));
     float edge = frame.splashGrid.x * exp2(level);
     float events = frame.splash.x * exp2(2.0 * level);
-    // Where a cell holds more impacts than can be told apart, each stands for several.
-    float weight = max(1.0, events / float(mostPerCell));
+    // Where a cell holds more impacts than can be told apart, each stands for several, but for no more than look like
+    // one: far ground would glitter.
+    float weight = clamp(events / float(mostPerCell), 1.0, mostWeight);
     float mean = min(events, float(mostPerCell));
 
     // Counted from the coarsest cell that the camera is in, so that floats stay small.

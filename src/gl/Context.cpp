@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <cstring>
 
@@ -121,6 +122,11 @@ Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
         impl_->device = describe(candidate);
         return;
     }
+    const bool isNumber = std::isdigit(static_cast<unsigned char>(device[0])) != 0;
+    if (isNumber && std::none_of(candidates.begin(), candidates.end(),
+                                 [&](const Candidate& candidate) { return isWanted(candidate, device); }))
+        throw Error(ErrorCode::Graphics, "there is no device {}: EGL lists {}, counted from 0 (see virga info)", device,
+                    candidates.size());
     throw Error(ErrorCode::Graphics,
                 "no usable OpenGL 4.5 device for '--device {}': EGL lists {} device(s) and none gave a context; on "
                 "Debian 'apt-get install libegl1 libgl1-mesa-dri' brings a software renderer",

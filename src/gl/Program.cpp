@@ -19,7 +19,7 @@ Program::Program(const std::string& path, const Defines& defines, const std::str
         glGetShaderInfoLog(shader, length, nullptr, log.data());
         glDeleteShader(shader);
         throw Error(ErrorCode::Graphics, "shader '{}' does not compile on this device: {}", path,
-                    explainShaderLog(log.c_str(), source));
+                    explainShaderLog(log, source));
     }
     name_ = glCreateProgram();
     glAttachShader(name_, shader);
@@ -32,7 +32,7 @@ Program::Program(const std::string& path, const Defines& defines, const std::str
         glGetProgramInfoLog(name_, length, nullptr, log.data());
         glDeleteProgram(std::exchange(name_, 0));
         throw Error(ErrorCode::Graphics, "shader '{}' does not link on this device: {}", path,
-                    explainShaderLog(log.c_str(), source));
+                    explainShaderLog(log, source));
     }
 }
 

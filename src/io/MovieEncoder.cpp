@@ -258,10 +258,8 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
         tags.transfer = origin->transfer;
         tags.primaries = origin->primaries;
         if (origin->matrix != AVCOL_SPC_RGB) tags.matrix = origin->matrix;
-        if (isYuv && samplesOf(origin->pixelFormat)->family == PlanarFormat::Family::Yuv)
-            isFullRange = origin->range == AVCOL_RANGE_JPEG;
-        else if (!isYuv && samplesOf(origin->pixelFormat)->family != PlanarFormat::Family::Yuv)
-            isFullRange = origin->range == AVCOL_RANGE_JPEG;
+        const bool wasYuv = samplesOf(origin->pixelFormat)->family == PlanarFormat::Family::Yuv;
+        if (isYuv == wasYuv) isFullRange = origin->range == AVCOL_RANGE_JPEG;
     }
     if (tags.matrix == AVCOL_SPC_UNSPECIFIED) tags.matrix = guessedMatrix(plate.width, plate.height);
     if (is(*encoder, "mjpeg")) {  // JFIF knows nothing else

@@ -22,7 +22,7 @@ namespace virga::sh {
 constexpr int maxOrder = 1024;
 
 constexpr std::size_t coefficientCount(int order) { return std::size_t(order + 1) * std::size_t(order + 1); }
-constexpr std::size_t coefficientIndex(int l, int m) { return std::size_t(l * (l + 1) + m); }
+constexpr std::size_t coefficientIndex(int l, int m) { return std::size_t(std::ptrdiff_t(l) * (l + 1) + m); }
 
 /// sum of coefficient[lm] Y_lm over l <= order; one vec3 (R, G, B) for each (l, m).
 struct Harmonics {

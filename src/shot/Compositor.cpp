@@ -202,7 +202,11 @@ void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
     if (fogTableFocal == exposure.projection.focal_px) return;
     fogTableFocal = exposure.projection.focal_px;
     std::vector<float> table(shared::fogTableSize);
+    // A ground plane says nothing of what stands on it: fog that grew with its depth would draw the horizon across houses
+    // and trees. It levels off at --fog-distance instead.
+    const bool levelsOff = settings.depth.empty() && !settings.ground.empty();
     const auto opticalDepth = [&](double depth) {
+        if (levelsOff) depth = depth * settings.fogDistance_m / std::max(depth + settings.fogDistance_m, 1e-9);
         return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m) : rain->opticalDepth(depth, exposure);
     };
     parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {

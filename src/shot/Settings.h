@@ -23,10 +23,10 @@ struct Settings {
     std::array<double, 2> wind_m_s{0, 0};
     double gust_m_s = 0.3;
     double turbulence_m_s = 0.25;
-    double opacity = 4;
-    double near_m = 0.5;
+    double opacity = 5;
+    double near_m = 0.8;
     double far_m = 200;
-    double threshold = 0.015;
+    double threshold = 0.02;
     std::int64_t seed = 1;
     std::string mattes;
     // camera
@@ -63,7 +63,7 @@ struct Settings {
     double splashSize = 1;
     // grade
     double darken = 0.1;
-    double desaturate = 0.15;
+    double desaturate = 0.1;
     std::string gradeFrom;
     double gradeAmount = 1;
     // input and output
