@@ -65,121 +65,130 @@ std::string textOf(const Settings& settings)
     return all;
 }
 
-class EachParameter : public testing::TestWithParam<std::size_t> {
-protected:
-    const Parameter& p = parameters()[GetParam()];
-};
-std::string nameOf(const testing::TestParamInfo<std::size_t>& info)
+/// Runs a check on every row of the table, and says which one failed.
+template <class Check>
+void onEachRow(Check&& check)
 {
-    std::string name = parameters()[info.param].name;
-    for (char& c : name)
-        if (c == '-') c = '_';
-    return name;
-}
-INSTANTIATE_TEST_SUITE_P(Parameters, EachParameter, testing::Range<std::size_t>(0, parameters().size()), nameOf);
-
-TEST_P(EachParameter, IsDescribed)
-{
-    EXPECT_GT(std::string(p.name).size(), 0u);
-    EXPECT_GT(std::string(p.help).size(), 8u);
-    EXPECT_EQ(&findParameter(p.name), &p);
-    if (isNumeric(p)) {
-        EXPECT_LT(p.least, p.most);
+    for (const Parameter& p : parameters()) {
+        SCOPED_TRACE(std::string("--") + p.name);
+        check(p);
     }
-    int owners = 0;
-    for (const Parameter& other : parameters()) owners += other.member == p.member;
-    EXPECT_EQ(owners, 1) << "two rows set the same thing";
 }
 
-TEST_P(EachParameter, TakesItsOwnDefault)
+TEST(Parameters, AreDescribed)
 {
-    const Settings defaults;
-    Settings settings;
-    setFromText(settings, p, toText(defaults, p));
-    EXPECT_EQ(textOf(settings), textOf(defaults));
+    onEachRow([](const Parameter& p) {
+        EXPECT_GT(std::string(p.name).size(), 0u);
+        EXPECT_GT(std::string(p.help).size(), 8u);
+        EXPECT_EQ(&findParameter(p.name), &p);
+        if (isNumeric(p)) {
+            EXPECT_LT(p.least, p.most);
+        }
+        int owners = 0;
+        for (const Parameter& other : parameters()) owners += other.member == p.member;
+        EXPECT_EQ(owners, 1) << "two rows set the same thing";
+    });
 }
 
-TEST_P(EachParameter, TextAndJsonComeBackTheSame)
+TEST(Parameters, TakeTheirOwnDefaults)
 {
-    for (const std::string& text : goodTexts(p)) {
+    onEachRow([](const Parameter& p) {
+        const Settings defaults;
         Settings settings;
-        setFromText(settings, p, text);
-        Settings fromText;
-        setFromText(fromText, p, toText(settings, p));
-        EXPECT_EQ(textOf(fromText), textOf(settings)) << text;
-        Settings fromJson;
-        setFromJson(fromJson, p, nlohmann::json::parse(toJson(settings, p).dump()));
-        EXPECT_EQ(textOf(fromJson), textOf(settings)) << text;
-    }
+        setFromText(settings, p, toText(defaults, p));
+        EXPECT_EQ(textOf(settings), textOf(defaults));
+    });
 }
 
-TEST_P(EachParameter, SetsNothingElse)
+TEST(Parameters, TextAndJsonComeBackTheSame)
 {
-    const std::string before = textOf({});
-    for (const std::string& text : goodTexts(p)) {
-        Settings settings;
-        setFromText(settings, p, text);
-        setFromText(settings, p, toText({}, p));
-        EXPECT_EQ(textOf(settings), before);
-    }
+    onEachRow([](const Parameter& p) {
+        for (const std::string& text : goodTexts(p)) {
+            Settings settings;
+            setFromText(settings, p, text);
+            Settings fromText;
+            setFromText(fromText, p, toText(settings, p));
+            EXPECT_EQ(textOf(fromText), textOf(settings)) << text;
+            Settings fromJson;
+            setFromJson(fromJson, p, nlohmann::json::parse(toJson(settings, p).dump()));
+            EXPECT_EQ(textOf(fromJson), textOf(settings)) << text;
+        }
+    });
 }
 
-TEST_P(EachParameter, RefusesWhatIsOutOfRange)
+TEST(Parameters, SetNothingElse)
 {
-    const std::string flag = std::string("--") + p.name;
-    const auto refused = [&](const std::string& text) {
-        Settings settings;
-        const std::string said = sentenceOf(ErrorCode::InvalidArgument, [&] { setFromText(settings, p, text); });
-        EXPECT_SAYS(said, flag);
-        EXPECT_SAYS(said, "'" + text + "'");
-        EXPECT_EQ(textOf(settings), textOf({})) << "changed by what it refused: " << text;
-        return said;
-    };
-    if (holds<bool>(p)) {
-        EXPECT_SAYS(refused("maybe"), "true or false");
-        refused("1");
-        return;
-    }
-    if (p.choices != nullptr) {
-        refused("explode");
-        refused("");
-        return;
-    }
-    if (!isNumeric(p)) return;
-    const int n = numbersOf(p);
-    const double beyond = std::max(1.0, std::abs(p.most)) * 1e-3;
-    for (const std::string& word :
-         {std::string("nan"), std::string("inf"), std::string("-inf"), nlohmann::json(p.least - beyond).dump(),
-          nlohmann::json(p.most + beyond).dump(), std::string("1e999"), std::string("-1e999")}) {
-        const std::string said = refused(repeated(word, n));
-        EXPECT_SAYS(said, rangeText(p));
-        EXPECT_SAYS(said, p.unit);
-    }
-    for (const std::string& word : {std::string(), std::string("rain"), std::string("1x"), std::string(" "),
-                                    std::string("0x10"), std::string("--1"), std::string("1,2,3,4")})
-        refused(word);
-    if (n > 1) refused(repeated(nlohmann::json(p.least).dump(), n - 1));
-    if (holds<std::int64_t>(p)) {
-        EXPECT_SAYS(refused("0.5"), "whole");
-    }
-    Settings settings;
-    EXPECT_THROW(setFromJson(settings, p, nlohmann::json::parse("{\"a\": 1}")), Error);
-    EXPECT_THROW(setFromJson(settings, p, nlohmann::json::parse("[\"a\"]")), Error);
-    EXPECT_THROW(setFromJson(settings, p, nullptr), Error);
-    EXPECT_THROW(setFromJson(settings, p, true), Error);
+    onEachRow([](const Parameter& p) {
+        const std::string before = textOf({});
+        for (const std::string& text : goodTexts(p)) {
+            Settings settings;
+            setFromText(settings, p, text);
+            setFromText(settings, p, toText({}, p));
+            EXPECT_EQ(textOf(settings), before);
+        }
+    });
 }
 
-TEST_P(EachParameter, SurvivesAFile)
+TEST(Parameters, RefuseWhatIsOutOfRange)
 {
-    const TemporaryFolder folder;
-    for (const std::string& text : goodTexts(p)) {
+    onEachRow([](const Parameter& p) {
+        const std::string flag = std::string("--") + p.name;
+        const auto refused = [&](const std::string& text) {
+            Settings settings;
+            const std::string said = sentenceOf(ErrorCode::InvalidArgument, [&] { setFromText(settings, p, text); });
+            EXPECT_SAYS(said, flag);
+            EXPECT_SAYS(said, "'" + text + "'");
+            EXPECT_EQ(textOf(settings), textOf({})) << "changed by what it refused: " << text;
+            return said;
+        };
+        if (holds<bool>(p)) {
+            EXPECT_SAYS(refused("maybe"), "true or false");
+            refused("1");
+            return;
+        }
+        if (p.choices != nullptr) {
+            refused("explode");
+            refused("");
+            return;
+        }
+        if (!isNumeric(p)) return;
+        const int n = numbersOf(p);
+        const double beyond = std::max(1.0, std::abs(p.most)) * 1e-3;
+        for (const std::string& word :
+             {std::string("nan"), std::string("inf"), std::string("-inf"), nlohmann::json(p.least - beyond).dump(),
+              nlohmann::json(p.most + beyond).dump(), std::string("1e999"), std::string("-1e999")}) {
+            const std::string said = refused(repeated(word, n));
+            EXPECT_SAYS(said, rangeText(p));
+            EXPECT_SAYS(said, p.unit);
+        }
+        for (const std::string& word : {std::string(), std::string("rain"), std::string("1x"), std::string(" "),
+                                        std::string("0x10"), std::string("--1"), std::string("1,2,3,4")})
+            refused(word);
+        if (n > 1) refused(repeated(nlohmann::json(p.least).dump(), n - 1));
+        if (holds<std::int64_t>(p)) {
+            EXPECT_SAYS(refused("0.5"), "whole");
+        }
         Settings settings;
-        setFromText(settings, p, text);
-        saveSettings(settings, folder / "shot.toml");
-        Settings loaded;
-        loadSettings(loaded, folder / "shot.toml");
-        EXPECT_EQ(textOf(loaded), textOf(settings)) << text;
-    }
+        EXPECT_THROW(setFromJson(settings, p, nlohmann::json::parse("{\"a\": 1}")), Error);
+        EXPECT_THROW(setFromJson(settings, p, nlohmann::json::parse("[\"a\"]")), Error);
+        EXPECT_THROW(setFromJson(settings, p, nullptr), Error);
+        EXPECT_THROW(setFromJson(settings, p, true), Error);
+    });
+}
+
+TEST(Parameters, SurviveAFile)
+{
+    onEachRow([](const Parameter& p) {
+        const TemporaryFolder folder;
+        for (const std::string& text : goodTexts(p)) {
+            Settings settings;
+            setFromText(settings, p, text);
+            saveSettings(settings, folder / "shot.toml");
+            Settings loaded;
+            loadSettings(loaded, folder / "shot.toml");
+            EXPECT_EQ(textOf(loaded), textOf(settings)) << text;
+        }
+    });
 }
 
 TEST(Parameters, NamesAreUniqueAndGroupsStayTogether)

@@ -117,29 +117,28 @@ const Without cases[] = {
      "no --layers"},
 };
 
-class PlanWithout : public testing::TestWithParam<Without> {};
-INSTANTIATE_TEST_SUITE_P(Plan, PlanWithout, testing::ValuesIn(cases),
-                         [](const auto& info) { return std::string(info.param.name); });
-
-TEST_P(PlanWithout, LosesThatAndNothingElse)
+TEST(Plan, WithoutAnEffectLosesThatAndNothingElse)
 {
-    const FramePlan whole = planFrame(everything(), {.layers = true}, true);
-    Settings settings = everything();
-    Wanted wanted{.layers = true};
-    bool cameraMoves = true;
-    GetParam().change(settings, wanted, cameraMoves);
-    const FramePlan plan = planFrame(settings, wanted, cameraMoves);
-    std::set<std::string> expected = on(whole);
-    for (const std::string& name : GetParam().gone) EXPECT_EQ(expected.erase(name), 1u) << name;
-    EXPECT_EQ(on(plan), expected);
-    EXPECT_TRUE(passOf(whole, GetParam().pass).runs);
-    EXPECT_FALSE(passOf(plan, GetParam().pass).runs);
-    EXPECT_EQ(passOf(plan, GetParam().pass).why, GetParam().why);
-    EXPECT_FALSE(plan.isPassThrough());
-    for (const PlannedPass& pass : plan.passes)
-        if (!pass.runs) {
-            EXPECT_FALSE(pass.why.empty()) << pass.name;
-        }
+    for (const Without& without : cases) {
+        SCOPED_TRACE(without.name);
+        const FramePlan whole = planFrame(everything(), {.layers = true}, true);
+        Settings settings = everything();
+        Wanted wanted{.layers = true};
+        bool cameraMoves = true;
+        without.change(settings, wanted, cameraMoves);
+        const FramePlan plan = planFrame(settings, wanted, cameraMoves);
+        std::set<std::string> expected = on(whole);
+        for (const std::string& name : without.gone) EXPECT_EQ(expected.erase(name), 1u) << name;
+        EXPECT_EQ(on(plan), expected);
+        EXPECT_TRUE(passOf(whole, without.pass).runs);
+        EXPECT_FALSE(passOf(plan, without.pass).runs);
+        EXPECT_EQ(passOf(plan, without.pass).why, without.why);
+        EXPECT_FALSE(plan.isPassThrough());
+        for (const PlannedPass& pass : plan.passes)
+            if (!pass.runs) {
+                EXPECT_FALSE(pass.why.empty()) << pass.name;
+            }
+    }
 }
 
 TEST(Plan, EverythingRunsEverything)
