@@ -76,7 +76,10 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     float full = sqrt(width * width + confusion * confusion);
     float halfWidth = 0.5 * max(full, 1.0);
 
-    vec2 low = min(start, end) - halfWidth - 1.0, high = max(start, end) + halfWidth + 1.0;
+    // Less than a pixel of blur along the path changes nothing that a pixel shows.
+    float blur = confusion > 1.0 ? 0.25 * confusion : 0.0;
+    float margin = halfWidth + blur + 1.0;
+    vec2 low = min(start, end) - margin, high = max(start, end) + margin;
     if (any(lessThan(high, vec2(0.0))) || any(greaterThan(low, vec2(frame.picture.xy)))) return false;
 
     // pi/4 w^2: the drop's disc, wherever it is while the shutter is open.
@@ -88,8 +91,6 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     stroke.path = vec4(start, end);
     stroke.body = vec4(halfWidth, covered, depthOpen, depthClose);
     float matte = float(layer + 1u);
-    // Less than a pixel of blur along the path changes nothing that a pixel shows.
-    float blur = confusion > 1.0 ? 0.25 * confusion : 0.0;
     stroke.look = vec4((drop.look & 1u) == 0u ? matte : -matte, 1.0, width / (2.0 * halfWidth), blur);
 #ifdef FOG
     stroke.look.y = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
