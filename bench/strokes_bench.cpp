@@ -113,8 +113,8 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     features.software = context.device().isSoftware;
     features.fog = features.depth = c.light;
     if (c.everything)
-        features.splashes = features.blur = features.darken = features.colorTransfer = features.boost = features.lights =
-            features.layers = features.nearest = features.cameraMotion = true;
+        features.splashes = features.blur = features.darken = features.colorTransfer = features.boost =
+            features.lights = features.layers = features.nearest = features.cameraMotion = true;
     passes::FrameTargets targets(c.width, c.height, features);
     passes::StrokePass strokes(features, matte::makeOscillatingDropAtlas(1), options.shaders);
     const passes::LightPass light(features, options.shaders);
@@ -130,7 +130,8 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     }
     if (features.colorTransfer) targets.uploadLut(33, std::vector<float>(3 * 33 * 33 * 33, 0.01f));
 
-    ImageF plate(c.width, c.height, 4, 0.05f), depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
+    ImageF plate(c.width, c.height, 4, 0.05f),
+        depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
     targets.uploadPlate(plate);
     if (c.light) targets.uploadDepth(depth);
     if (c.light) targets.uploadFogTable(std::vector<float>(256, 0.05f));

@@ -1,10 +1,9 @@
 #include "camera/Camera.h"
 
-#include <glm/gtc/quaternion.hpp>
-#include <glm/trigonometric.hpp>
-
 #include <cmath>
 #include <fstream>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/trigonometric.hpp>
 #include <sstream>
 #include <vector>
 
@@ -40,8 +39,8 @@ Pose Track::at(double frame) const
 
     Pose pose;
     pose.position = glm::mix(before->second.position, after->second.position, t);
-    pose.worldFromCamera = glm::mat3_cast(glm::slerp(glm::quat_cast(before->second.worldFromCamera),
-                                                     glm::quat_cast(after->second.worldFromCamera), t));
+    pose.worldFromCamera = glm::mat3_cast(
+        glm::slerp(glm::quat_cast(before->second.worldFromCamera), glm::quat_cast(after->second.worldFromCamera), t));
     if (before->second.verticalFov && after->second.verticalFov)
         pose.verticalFov = glm::mix(*before->second.verticalFov, *after->second.verticalFov, t);
     return pose;

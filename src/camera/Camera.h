@@ -5,7 +5,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-
 #include <map>
 #include <optional>
 #include <string>
@@ -16,8 +15,8 @@ namespace virga::camera {
 
 /// Where the camera stands and looks. Double precision: a world may be large.
 struct Pose {
-    glm::dvec3 position{0.0};         ///< [m]
-    glm::dmat3 worldFromCamera{1.0};  ///< rotation; columns are the camera's x, y, z axes in the world
+    glm::dvec3 position{0.0};           ///< [m]
+    glm::dmat3 worldFromCamera{1.0};    ///< rotation; columns are the camera's x, y, z axes in the world
     std::optional<double> verticalFov;  ///< [rad], when the track zooms
 };
 

@@ -1,11 +1,11 @@
 // Failures of the world, as one sentence each. docs/conventions.md, "Errors".
 #pragma once
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace virga {
 
@@ -23,12 +23,12 @@ enum class ErrorCode {
 constexpr int exitCode(ErrorCode code) noexcept
 {
     switch (code) {
-    case ErrorCode::Internal: return 1;
-    case ErrorCode::InvalidArgument: return 2;
-    case ErrorCode::Input: return 3;
-    case ErrorCode::Graphics: return 4;
-    case ErrorCode::Output: return 5;
-    case ErrorCode::Interrupted: return 130;
+        case ErrorCode::Internal: return 1;
+        case ErrorCode::InvalidArgument: return 2;
+        case ErrorCode::Input: return 3;
+        case ErrorCode::Graphics: return 4;
+        case ErrorCode::Output: return 5;
+        case ErrorCode::Interrupted: return 130;
     }
     return 1;
 }

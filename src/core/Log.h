@@ -1,10 +1,10 @@
 // Everything that is said to the user while working goes to standard error through here.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <string_view>
 #include <utility>
-
-#include <fmt/format.h>
 
 namespace virga::log {
 

@@ -1,8 +1,8 @@
 #include "depth/DepthImage.h"
 
 #include <algorithm>
-#include <cassert>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <vector>

@@ -45,8 +45,8 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options = {});
 /// elsewhere the nearest pixel is taken, so that no depth appears between a wall and what is behind it. The same size
 /// returns the depth as it is. Values must be as sanitizeDepth leaves them.
 /// Throws Error(InvalidArgument) if a size is below 1.
-/// guide: the plate, width x height x 3 or more, or empty. With it, a pixel at an edge takes that one of the nine depths
-/// around it whose surroundings look most like it, so that edges of a smaller depth follow those of the picture.
+/// guide: the plate, width x height x 3 or more, or empty. With it, a pixel at an edge takes that one of the nine
+/// depths around it whose surroundings look most like it, so that edges of a smaller depth follow those of the picture.
 Depth resampleDepth(Depth depth, int width, int height, ConstImageViewF guide = {}, double tolerance = 0.1);
 
 /// Over the finite values; all +inf if there is none.

@@ -39,8 +39,7 @@ std::vector<Candidate> findCandidates()
         }
     }
     if (hasWord(extensions, "EGL_MESA_platform_surfaceless")) {
-        EGLDisplay display =
-            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+        EGLDisplay display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
         if (display != EGL_NO_DISPLAY) found.push_back({int(found.size()), true, display, "surfaceless"});
     }
     return found;
@@ -51,8 +50,9 @@ EGLContext makeContext(EGLDisplay display)
 {
     EGLint major = 0, minor = 0;
     if (!eglInitialize(display, &major, &minor) || !eglBindAPI(EGL_OPENGL_API)) return EGL_NO_CONTEXT;
-    const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const EGLint attributes[] = {
+        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
     if (context == EGL_NO_CONTEXT) return EGL_NO_CONTEXT;
     if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
@@ -70,8 +70,8 @@ std::string text(GLenum name)
 
 DeviceInfo describe(const Candidate& candidate)
 {
-    return {candidate.index, candidate.isSoftware, text(GL_RENDERER), text(GL_VENDOR), text(GL_VERSION),
-            candidate.platform};
+    return {candidate.index, candidate.isSoftware, text(GL_RENDERER),
+            text(GL_VENDOR), text(GL_VERSION),     candidate.platform};
 }
 
 void destroyContext(EGLDisplay display, EGLContext context)
@@ -100,9 +100,8 @@ struct Context::Impl {
 bool isDeviceName(const std::string& device)
 {
     if (device == "auto" || device == "cpu" || device == "gpu") return true;
-    return !device.empty() && device.size() < 4 && std::all_of(device.begin(), device.end(), [](unsigned char c) {
-        return std::isdigit(c) != 0;
-    });
+    return !device.empty() && device.size() < 4 &&
+           std::all_of(device.begin(), device.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
@@ -144,7 +143,7 @@ void Context::check(const char* where) const
 {
     const GLenum error = glGetError();
     if (error == GL_NO_ERROR) return;
-    const char* name = error == GL_OUT_OF_MEMORY     ? "out of memory"
+    const char* name = error == GL_OUT_OF_MEMORY       ? "out of memory"
                        : error == GL_INVALID_VALUE     ? "invalid value"
                        : error == GL_INVALID_OPERATION ? "invalid operation"
                        : error == GL_INVALID_ENUM      ? "invalid enum"

@@ -9,12 +9,12 @@
 namespace virga::gl {
 
 struct DeviceInfo {
-    int index = 0;           ///< for `--device N`
+    int index = 0;  ///< for `--device N`
     bool isSoftware = false;
-    std::string renderer;    ///< GL_RENDERER
+    std::string renderer;  ///< GL_RENDERER
     std::string vendor;
-    std::string version;     ///< GL_VERSION
-    std::string platform;    ///< "device" or "surfaceless"
+    std::string version;   ///< GL_VERSION
+    std::string platform;  ///< "device" or "surfaceless"
 };
 
 /// Owns the context and is current on the thread that made it, from construction to destruction. All objects of this

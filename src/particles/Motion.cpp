@@ -1,8 +1,7 @@
 #include "particles/Motion.h"
 
-#include <glm/geometric.hpp>
-
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "particles/CellHash.h"
@@ -37,18 +36,21 @@ Motion::Motion(const MotionSettings& settings) : settings_(settings)
         wave.wave = 1 / lengths[i] * glm::dvec3(flat * std::cos(azimuth), rise, flat * std::sin(azimuth));
         wave.frequency = frequencies[i];
         // Each wave moves drops along its own horizontal direction, a little up and down; directions a quarter turn
-        // apart share the variance evenly between x and z: two waves an axis, each of rms velocity turbulence / sqrt(2).
-        // The parabolic wave of amplitude a has the triangle wave of amplitude 8 a for its slope, rms 8 a / sqrt(3).
+        // apart share the variance evenly between x and z: two waves an axis, each of rms velocity turbulence /
+        // sqrt(2). The parabolic wave of amplitude a has the triangle wave of amplitude 8 a for its slope, rms 8 a /
+        // sqrt(3).
         const double angle = tau * (unit(settings.seed, 320) + 0.25 * i);
         const double velocity = settings.turbulence / std::sqrt(2.0);
-        wave.shift = velocity * std::sqrt(3.0) / (8 * wave.frequency) * glm::dvec3(std::cos(angle), 0.3, std::sin(angle));
+        wave.shift =
+            velocity * std::sqrt(3.0) / (8 * wave.frequency) * glm::dvec3(std::cos(angle), 0.3, std::sin(angle));
     }
 }
 
 glm::dvec3 Motion::displacement(double speed, double t) const
 {
     double gust = 0;
-    for (const Gust& g : gusts_) gust += g.velocity / g.frequency * (std::cos(g.phase) - std::cos(g.frequency * t + g.phase));
+    for (const Gust& g : gusts_)
+        gust += g.velocity / g.frequency * (std::cos(g.phase) - std::cos(g.frequency * t + g.phase));
     const glm::dvec2 flat = settings_.wind * t + gustDirection_ * gust;
     return {flat.x, -speed * settings_.speedScale * t, flat.y};
 }
@@ -77,7 +79,8 @@ glm::vec4 Motion::turbulencePhases(const glm::dvec3& place, double t, int dropCl
     glm::vec4 phases;
     for (int i = 0; i < 4; ++i) {
         const double own = unit(settings_.seed, 400 + 4 * std::uint64_t(dropClass) + std::uint64_t(i));
-        phases[i] = float(fraction(fraction(glm::dot(waves_[i].wave, place)) + fraction(waves_[i].frequency * t) + own));
+        phases[i] =
+            float(fraction(fraction(glm::dot(waves_[i].wave, place)) + fraction(waves_[i].frequency * t) + own));
     }
     return phases;
 }

@@ -2,21 +2,20 @@
 // of a drop at any time follows from its place at time 0 without stepping (docs/design.md, "co-moving hashed cells").
 #pragma once
 
-#include <glm/vec2.hpp>
-#include <glm/vec3.hpp>
-
 #include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
 
 #include "particles/SharedShaders.h"
 
 namespace virga::particles {
 
 struct MotionSettings {
-    glm::dvec2 wind{0.0};       ///< steady wind along world x and z [m/s]
-    double gust = 0;            ///< rms of the wind's slow changes [m/s]
-    double turbulence = 0;      ///< rms of the small, fast, local changes of a drop's velocity, per axis [m/s]
-    double speedScale = 1;      ///< art direction: multiplies the terminal speed
+    glm::dvec2 wind{0.0};   ///< steady wind along world x and z [m/s]
+    double gust = 0;        ///< rms of the wind's slow changes [m/s]
+    double turbulence = 0;  ///< rms of the small, fast, local changes of a drop's velocity, per axis [m/s]
+    double speedScale = 1;  ///< art direction: multiplies the terminal speed
     std::uint32_t seed = 1;
 };
 
@@ -47,7 +46,7 @@ private:
     };
     struct Wave {
         glm::dvec3 wave, shift;  // [turns/m], [m]
-        double frequency;  // [1/s]
+        double frequency;        // [1/s]
     };
     MotionSettings settings_;
     glm::dvec2 gustDirection_{1, 0};

@@ -28,10 +28,10 @@ struct Exposure {
 
 /// What limits the drops that are drawn one by one.
 struct Visibility {
-    double near_m = 0.3;        ///< nothing nearer is drawn
-    double far_m = 500;         ///< nothing farther
-    double threshold = 0.002;   ///< least matte value that a stroke must reach (opacity multiplier divided out)
-    double blurAngle = 0;       ///< half the angle that a near drop's blur adds to its outline, beyond its path [rad]
+    double near_m = 0.3;       ///< nothing nearer is drawn
+    double far_m = 500;        ///< nothing farther
+    double threshold = 0.002;  ///< least matte value that a stroke must reach (opacity multiplier divided out)
+    double blurAngle = 0;      ///< half the angle that a near drop's blur adds to its outline, beyond its path [rad]
 };
 
 /// The drops that a picture may need: input of the GPU and of dropInCell().
@@ -39,8 +39,8 @@ struct CellList {
     std::vector<shared::Cell> cells;
     std::vector<shared::DropClass> classes;  ///< all of the field's, in order; Cell::key.z indexes them
     std::array<shared::TurbulenceWave, 4> waves{};
-    std::vector<std::uint32_t> blocks;       ///< cell of the first of every dropsPerBlock drops
-    std::size_t drops = 0;                   ///< in all cells: an upper bound on the strokes
+    std::vector<std::uint32_t> blocks;  ///< cell of the first of every dropsPerBlock drops
+    std::size_t drops = 0;              ///< in all cells: an upper bound on the strokes
 
     /// Drops of cell c: up to the first drop of the next cell.
     std::uint32_t dropsIn(std::size_t c) const
@@ -64,9 +64,9 @@ public:
     double expectedStrokes(const camera::Projection& projection, double exposure_s, const Visibility& visibility) const;
 
     /// Optical depth [1] from the camera to `depth_m` of the drops that are not drawn one by one: each class from its
-    /// drops' visible depth onward, and all drops under the smallest class. `efficiency` Q = 1: the drops' shadow, which
-    /// is what strokes cover too, so that drawn and undrawn drops dim the scene alike.
-    /// allDrops: extinction of the whole distribution per unit of density scale [1/m] at Q = 1.
+    /// drops' visible depth onward, and all drops under the smallest class. `efficiency` Q = 1: the drops' shadow,
+    /// which is what strokes cover too, so that drawn and undrawn drops dim the scene alike. allDrops: extinction of
+    /// the whole distribution per unit of density scale [1/m] at Q = 1.
     double undrawnOpticalDepth(double depth_m, double focal_px, double exposure_s, const Visibility& visibility,
                                double allDrops) const;
 

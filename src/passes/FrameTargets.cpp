@@ -1,8 +1,7 @@
 #include "passes/FrameTargets.h"
 
-#include <glm/packing.hpp>
-
 #include <cassert>
+#include <glm/packing.hpp>
 #include <limits>
 
 namespace virga::passes {

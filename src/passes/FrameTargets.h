@@ -17,17 +17,17 @@ namespace virga::passes {
 struct Features {
     bool rain = false;
     bool fog = false;
-    bool depth = false;      ///< a depth for each pixel
-    bool splashes = false;   ///< needs depth
+    bool depth = false;     ///< a depth for each pixel
+    bool splashes = false;  ///< needs depth
     bool blur = false;
     bool darken = false;
     bool colorTransfer = false;
-    bool boost = false;      ///< background boost
-    bool lights = false;     ///< lamps in the scene
-    bool layers = false;     ///< rain, splash, fog, plate beside the beauty
+    bool boost = false;         ///< background boost
+    bool lights = false;        ///< lamps in the scene
+    bool layers = false;        ///< rain, splash, fog, plate beside the beauty
     bool cameraMotion = false;  ///< the camera moves while the shutter is open
-    bool software = false;   ///< the device is Mesa's software renderer: barriers are dear, atomics are not
-    bool nearest = false;    ///< depth and motion of the nearest stroke; needs rain
+    bool software = false;      ///< the device is Mesa's software renderer: barriers are dear, atomics are not
+    bool nearest = false;       ///< depth and motion of the nearest stroke; needs rain
 
     bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
     bool lowPass() const { return boost || fog; }           ///< something needs the smooth background too
@@ -35,7 +35,16 @@ struct Features {
 };
 
 /// Bindings, as common_frame.glsl and the passes name them.
-enum TextureUnit : unsigned { PlateUnit, DepthUnit, FogTableUnit, MattesUnit, DropRadianceUnit, LowPassUnit, LutUnit, RingTransferUnit };
+enum TextureUnit : unsigned {
+    PlateUnit,
+    DepthUnit,
+    FogTableUnit,
+    MattesUnit,
+    DropRadianceUnit,
+    LowPassUnit,
+    LutUnit,
+    RingTransferUnit
+};
 enum StorageIndex : unsigned {
     FrameIndex,
     CellsIndex,
@@ -64,8 +73,8 @@ public:
     int height() const { return height_; }
 
     void setConstants(const shared::FrameConstants& constants);
-    void uploadPlate(ConstImageViewF rgba);             ///< width x height x 4
-    void uploadDepth(ConstImageViewF depth);            ///< width x height x 1 [m], +inf sky
+    void uploadPlate(ConstImageViewF rgba);                       ///< width x height x 4
+    void uploadDepth(ConstImageViewF depth);                      ///< width x height x 1 [m], +inf sky
     void uploadFogTable(const std::vector<float>& opticalDepth);  ///< at places 0..1, see fogTablePlace()
     void uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);  ///< equirectangular RGB
     /// ringTransfer: D(theta) [1/sr] RGB at equal steps of theta from 0 to pi.

@@ -31,7 +31,8 @@ std::vector<float> rowDensities(const matte::StrokeAtlas& atlas)
         float sum = 0;
         for (int u = 0; u < atlas.width; ++u) sum += densities[first + std::size_t(u)];
         for (int u = 0; u < atlas.width; ++u)
-            densities[first + std::size_t(u)] = sum > 0 ? densities[first + std::size_t(u)] * float(atlas.width) / sum : 1;
+            densities[first + std::size_t(u)] =
+                sum > 0 ? densities[first + std::size_t(u)] * float(atlas.width) / sum : 1;
     }
     return densities;
 }
@@ -57,7 +58,8 @@ StrokePass::StrokePass(const Features& features, const matte::StrokeAtlas& atlas
       splatLarge_("pass_splat_strokes.comp", definesOf(features), shaderFolder), lists_(8 * sizeof(std::uint32_t))
 {
     if (features.nearest) {
-        motionSmall_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION", "SMALL"}), shaderFolder);
+        motionSmall_ =
+            gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION", "SMALL"}), shaderFolder);
         motionLarge_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION"}), shaderFolder);
     }
     const std::vector<float> prefix = normalisedPrefix(atlas_);

@@ -1,11 +1,10 @@
 #include "shot/Compositor.h"
 
-#include <glm/gtc/constants.hpp>
-#include <glm/trigonometric.hpp>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/gtc/constants.hpp>
+#include <glm/trigonometric.hpp>
 #include <numbers>
 #include <sstream>
 
@@ -41,7 +40,8 @@ camera::Track trackOf(const Settings& settings)
     return camera::Track({{0, standingPose(settings)}});
 }
 
-/// Replaces NaN, Inf and negative light, which blur and fog would spread over the picture. The count goes to the report.
+/// Replaces NaN, Inf and negative light, which blur and fog would spread over the picture. The count goes to the
+/// report.
 std::size_t repairPixels(ImageF& image)
 {
     std::atomic<std::size_t> repaired = 0;
@@ -85,8 +85,8 @@ camera::Pose standingPose(const Settings& settings)
 
 double exposureOf(const Settings& settings, double fps)
 {
-    // What rain adds to a picture falls as 1 / sqrt(exposure) (Garg and Nayar 2005): at film's 1/48 s it is hardly there.
-    // Footage in which rain shows was shot with the short exposures of daylight.
+    // What rain adds to a picture falls as 1 / sqrt(exposure) (Garg and Nayar 2005): at film's 1/48 s it is hardly
+    // there. Footage in which rain shows was shot with the short exposures of daylight.
     constexpr double daylight_s = 1.0 / 200;
     if (settings.exposure_s) return *settings.exposure_s;
     return settings.shutter_deg ? *settings.shutter_deg / 360 / fps : std::min(daylight_s, 1 / fps);
@@ -202,12 +202,13 @@ void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
     if (fogTableFocal == exposure.projection.focal_px) return;
     fogTableFocal = exposure.projection.focal_px;
     std::vector<float> table(shared::fogTableSize);
-    // A ground plane says nothing of what stands on it: fog that grew with its depth would draw the horizon across houses
-    // and trees. It levels off at --fog-distance instead.
+    // A ground plane says nothing of what stands on it: fog that grew with its depth would draw the horizon across
+    // houses and trees. It levels off at --fog-distance instead.
     const bool levelsOff = settings.depth.empty() && !settings.ground.empty();
     const auto opticalDepth = [&](double depth) {
         if (levelsOff) depth = depth * settings.fogDistance_m / std::max(depth + settings.fogDistance_m, 1e-9);
-        return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m) : rain->opticalDepth(depth, exposure);
+        return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m)
+                                : rain->opticalDepth(depth, exposure);
     };
     parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t i = first; i < last; ++i) {
@@ -238,9 +239,9 @@ void Compositor::Impl::openDevice(const CompositorOptions& options)
     const passes::Features& features = plan.features;
     targets.emplace(shot.width, shot.height, features);
     if (features.rain)
-        strokes.emplace(features, settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
-                                                          : loadAtlas(settings.mattes),
-                        options.shaderFolder);
+        strokes.emplace(
+            features, settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed)) : loadAtlas(settings.mattes),
+            options.shaderFolder);
     if (features.light()) lightPass.emplace(features, options.shaderFolder);
     if (features.splashes) splashes.emplace(features, options.shaderFolder);
     if (features.blur) blur.emplace(features, options.shaderFolder);

@@ -28,15 +28,15 @@ struct CompositorOptions {
 
 /// What happened, for the report.
 struct CompositorStatistics {
-    std::string device;                        ///< GL_RENDERER; empty if no GL was opened
-    std::map<std::string, double> passMs;      ///< summed over the frames
-    double renderSeconds = 0;                  ///< render() without waiting for the plate
+    std::string device;                    ///< GL_RENDERER; empty if no GL was opened
+    std::map<std::string, double> passMs;  ///< summed over the frames
+    double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
-    std::size_t repairedPixels = 0;            ///< NaN, Inf or negative plate pixels that effects would have spread
-    std::size_t depthHoles = 0;                ///< depth pixels filled, last frame
+    std::size_t repairedPixels = 0;  ///< NaN, Inf or negative plate pixels that effects would have spread
+    std::size_t depthHoles = 0;      ///< depth pixels filled, last frame
     bool depthResampled = false;
     int lightOrder = 0;
-    double fogExtinction_1_m = 0;              ///< mean over the first 100 m
+    double fogExtinction_1_m = 0;  ///< mean over the first 100 m
 };
 
 /// Belongs to the thread that made it. A frame depends on (settings, frame number, plate frame) alone.

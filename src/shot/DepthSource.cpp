@@ -127,7 +127,8 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         if (!(height > 0))
             throw Error(ErrorCode::Input, "frame {}: the camera track is {:g} m under the ground", frame, -height);
         depth::Depth ground;
-        ground.metres = depth::groundDepth(width_, height_, 2 * std::atan(0.5 * width_ / projection.focal_px), height, up);
+        ground.metres =
+            depth::groundDepth(width_, height_, 2 * std::atan(0.5 * width_ / projection.focal_px), height, up);
         last_ = std::make_shared<const depth::Depth>(std::move(ground));
         lastPose_ = pose;
         return last_;

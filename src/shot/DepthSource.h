@@ -19,16 +19,16 @@ public:
     DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose);
 
     /// width x height x 1 [m], +inf sky. The same object is returned while nothing changes, so that it need not be
-    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming the
-    /// file and the frame.
+    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming
+    /// the file and the frame.
     std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
                                            const camera::Projection& projection, ConstImageViewF plate);
 
 private:
     std::shared_ptr<const depth::Depth> fromImage(const std::string& path, ConstImageViewF plate);
     std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, const std::string& path, ConstImageViewF plate);
-    /// --on-error hold: the nearest earlier depth that can be read, else the nearest later one. why: the sentence of the
-    /// one that cannot.
+    /// --on-error hold: the nearest earlier depth that can be read, else the nearest later one. why: the sentence of
+    /// the one that cannot.
     std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, ConstImageViewF plate);
 
     std::string pattern_;
@@ -36,9 +36,9 @@ private:
     int width_, height_;
     std::optional<double> groundLevel_;  // world y [m]
     std::string lastPath_;
-    bool followsPlate_ = false;   // the images are smaller than the plate
+    bool followsPlate_ = false;  // the images are smaller than the plate
     bool saidKind_ = false, saidResampled_ = false;
-    bool holds_;                  // --on-error hold
+    bool holds_;  // --on-error hold
     std::optional<camera::Pose> lastPose_;
     std::shared_ptr<const depth::Depth> last_;
 };

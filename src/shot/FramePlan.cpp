@@ -16,8 +16,10 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
     const bool falls = s.rate_mm_h > 0 || s.strokes.has_value();
     const bool hasGeometry = !s.depth.empty() || !s.ground.empty();
     f.rain = falls && s.opacity > 0;
-    add("strokes", f.rain, !falls ? "--rate is 0" : s.opacity > 0 ? fmt::format("{:g} mm/h", s.rate_mm_h)
-                                                                  : "--opacity is 0");
+    add("strokes", f.rain,
+        !falls          ? "--rate is 0"
+        : s.opacity > 0 ? fmt::format("{:g} mm/h", s.rate_mm_h)
+                        : "--opacity is 0");
 
     const bool autoFog = !s.fog_1_m.has_value();
     f.fog = autoFog ? falls : *s.fog_1_m > 0;
@@ -27,17 +29,18 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
 
     f.splashes = falls && s.splashes > 0 && hasGeometry;
     add("splashes", f.splashes,
-        !falls               ? "--rate is 0"
-        : !(s.splashes > 0)  ? "--splashes is 0"
-        : !hasGeometry       ? "no depth and no ground to fall on"
-                             : fmt::format("x {:g}", s.splashes));
+        !falls              ? "--rate is 0"
+        : !(s.splashes > 0) ? "--splashes is 0"
+        : !hasGeometry      ? "no depth and no ground to fall on"
+                            : fmt::format("x {:g}", s.splashes));
 
     f.blur = s.blur_px > 0;
     add("blur", f.blur, f.blur ? fmt::format("{:g} px", s.blur_px) : "--blur is 0");
 
     f.darken = s.darken > 0 || s.desaturate > 0;
-    add("darken", f.darken, f.darken ? fmt::format("darken {:g}, desaturate {:g}", s.darken, s.desaturate)
-                                     : "--darken and --desaturate are 0");
+    add("darken", f.darken,
+        f.darken ? fmt::format("darken {:g}, desaturate {:g}", s.darken, s.desaturate)
+                 : "--darken and --desaturate are 0");
     f.colorTransfer = !s.gradeFrom.empty() && s.gradeAmount > 0;
     add("color-transfer", f.colorTransfer,
         f.colorTransfer       ? fmt::format("from '{}'", s.gradeFrom)
@@ -46,26 +49,34 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
 
     // Depth is read only where something looks at it.
     f.depth = hasGeometry && (f.rain || f.fog || f.splashes || f.blur);
-    add("depth", f.depth, !hasGeometry ? "no --depth and no --ground" : f.depth ? (s.depth.empty() ? "--ground" : "--depth")
-                                                                                : "nothing looks at it");
+    add("depth", f.depth,
+        !hasGeometry ? "no --depth and no --ground"
+        : f.depth    ? (s.depth.empty() ? "--ground" : "--depth")
+                     : "nothing looks at it");
 
     add("environment", f.light(),
         f.light() ? (s.env.empty() ? "made from the plate" : fmt::format("'{}'", s.env)) : "nothing is lit by it");
     f.lights = !s.lights.empty() && f.light();
-    add("lights", f.lights, f.lights ? fmt::format("'{}'", s.lights) : s.lights.empty() ? "no --lights" : "nothing is lit by them");
+    add("lights", f.lights,
+        f.lights           ? fmt::format("'{}'", s.lights)
+        : s.lights.empty() ? "no --lights"
+                           : "nothing is lit by them");
     f.boost = (s.backgroundBoost > 0 || s.paper) && (f.rain || f.splashes);
-    add("background-boost", f.boost, f.boost ? (s.paper ? "--paper" : fmt::format("{:g}", s.backgroundBoost))
-                                             : "--background-boost is 0");
+    add("background-boost", f.boost,
+        f.boost ? (s.paper ? "--paper" : fmt::format("{:g}", s.backgroundBoost)) : "--background-boost is 0");
 
     plan.cameraMoves = cameraMoves && (f.rain || f.splashes || f.fog);
     f.cameraMotion = cameraMoves && f.rain;
     add("camera-motion", plan.cameraMoves,
-        plan.cameraMoves ? "--camera" : cameraMoves ? "nothing moves with it" : "the camera stands still");
+        plan.cameraMoves ? "--camera"
+        : cameraMoves    ? "nothing moves with it"
+                         : "the camera stands still");
 
     f.layers = wanted.layers && f.anything();
     f.nearest = f.layers && f.rain;
     add("layers", f.layers, f.layers ? "--layers" : wanted.layers ? "the beauty is the plate" : "no --layers");
-    add("composite", f.anything(), f.anything() ? "" : "every effect is off: the plate passes through and no GL is opened");
+    add("composite", f.anything(),
+        f.anything() ? "" : "every effect is off: the plate passes through and no GL is opened");
     return plan;
 }
 

@@ -23,7 +23,7 @@ struct PlannedPass {
 
 struct FramePlan {
     passes::Features features;
-    bool cameraMoves = false;       ///< the emit pass needs the camera twice
+    bool cameraMoves = false;  ///< the emit pass needs the camera twice
     std::vector<PlannedPass> passes;
 
     /// Nothing to do: plates pass through and no GL is opened.

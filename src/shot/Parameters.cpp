@@ -238,23 +238,22 @@ void setFromJson(Settings& settings, const Parameter& p, const nlohmann::json& v
 
 nlohmann::json toJson(const Settings& settings, const Parameter& p)
 {
-    return std::visit(
-        Overloaded{
-            [&](double S::*m) -> nlohmann::json { return settings.*m; },
-            [&](AutoNumber S::*m) -> nlohmann::json {
-                if (settings.*m) return *(settings.*m);
-                return "auto";
-            },
-            [&](std::int64_t S::*m) -> nlohmann::json { return settings.*m; },
-            [&](bool S::*m) -> nlohmann::json { return settings.*m; },
-            [&](std::string S::*m) -> nlohmann::json { return settings.*m; },
-            [&](std::array<double, 2> S::*m) -> nlohmann::json { return settings.*m; },
-            [&](AutoColor S::*m) -> nlohmann::json {
-                if (settings.*m) return *(settings.*m);
-                return "auto";
-            },
-        },
-        p.member);
+    return std::visit(Overloaded{
+                          [&](double S::*m) -> nlohmann::json { return settings.*m; },
+                          [&](AutoNumber S::*m) -> nlohmann::json {
+                              if (settings.*m) return *(settings.*m);
+                              return "auto";
+                          },
+                          [&](std::int64_t S::*m) -> nlohmann::json { return settings.*m; },
+                          [&](bool S::*m) -> nlohmann::json { return settings.*m; },
+                          [&](std::string S::*m) -> nlohmann::json { return settings.*m; },
+                          [&](std::array<double, 2> S::*m) -> nlohmann::json { return settings.*m; },
+                          [&](AutoColor S::*m) -> nlohmann::json {
+                              if (settings.*m) return *(settings.*m);
+                              return "auto";
+                          },
+                      },
+                      p.member);
 }
 
 std::string rangeText(const Parameter& p)
@@ -280,13 +279,17 @@ std::string parametersPage()
     for (const Parameter& p : table) {
         if (group != p.group) {
             group = p.group;
-            page += fmt::format("## {}\n\n| flag | default | unit | range | what it does |\n|---|---|---|---|---|\n", group);
+            page += fmt::format("## {}\n\n| flag | default | unit | range | what it does |\n|---|---|---|---|---|\n",
+                                group);
         }
         const bool isText = std::holds_alternative<std::string S::*>(p.member);
-        std::string range = p.isSwitch() ? "" : isText ? "" : fmt::format("{} … {}", shortNumber(p.least), shortNumber(p.most));
+        std::string range = p.isSwitch() ? ""
+                            : isText     ? ""
+                                         : fmt::format("{} … {}", shortNumber(p.least), shortNumber(p.most));
         if (p.choices != nullptr) {
             range = p.choices;
-            for (std::size_t at = 0; (at = range.find('|', at)) != std::string::npos; at += 3) range.replace(at, 1, " / ");
+            for (std::size_t at = 0; (at = range.find('|', at)) != std::string::npos; at += 3)
+                range.replace(at, 1, " / ");
         }
         const std::string value = toText(defaults, p);
         page += fmt::format("| `--{}` | {} | {} | {} | {} |\n", p.name, value.empty() ? "" : "`" + value + "`", p.unit,

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,11 +13,11 @@
 namespace virga::shot {
 
 struct Parameter {
-    const char* name;   ///< as in --name, and the TOML and JSON key
-    const char* group;  ///< "rain", "camera", "light", "scene", "grade", "file"
-    const char* unit;   ///< "mm/h"; "x" is a plain multiplier; empty for text and switches
-    double least, most; ///< of each number; text and switches ignore them
-    const char* help;   ///< one line
+    const char* name;    ///< as in --name, and the TOML and JSON key
+    const char* group;   ///< "rain", "camera", "light", "scene", "grade", "file"
+    const char* unit;    ///< "mm/h"; "x" is a plain multiplier; empty for text and switches
+    double least, most;  ///< of each number; text and switches ignore them
+    const char* help;    ///< one line
     std::variant<double Settings::*, AutoNumber Settings::*, std::int64_t Settings::*, bool Settings::*,
                  std::string Settings::*, std::array<double, 2> Settings::*, AutoColor Settings::*>
         member;

@@ -122,8 +122,9 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     const io::PlateInfo& plate = reader->info();
     const std::vector<FrameNumber> frames = framesOf(options, plate, onError);
     if (frames.size() > 1 && io::isImageName(options.output) && !io::isFramePattern(options.output))
-        throw Error(ErrorCode::Output, "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr",
-                    options.output, frames.size());
+        throw Error(ErrorCode::Output,
+                    "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
+                    frames.size());
     const auto writer = io::createPlateWriter(options.output, *reader,
                                               {.outputColorspace = settings.outputColorspace,
                                                .codec = settings.codec,
@@ -134,10 +135,10 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     std::vector<ImageF> samples;
     if (!settings.gradeFrom.empty()) samples = samplePlate(*reader);
-    Compositor compositor(settings, shot,
-                          {.wanted = {.layers = options.layers}, .device = options.device,
-                           .shaderFolder = options.shaderFolder},
-                          samples);
+    Compositor compositor(
+        settings, shot,
+        {.wanted = {.layers = options.layers}, .device = options.device, .shaderFolder = options.shaderFolder},
+        samples);
     samples.clear();
     checkFiles(settings, compositor.plan(), frames, onError);
 
@@ -204,7 +205,8 @@ std::string explain(const FramePlan& plan, const CompositorStatistics* statistic
                             pass.runs ? cost(pass.name) : "", pass.why);
     if (statistics != nullptr && statistics->frames > 0)
         for (const char* step : {"cells", "upload", "read-back"})
-            if (const std::string ms = cost(step); !ms.empty()) text += fmt::format("{:<17} {:<8} {}\n", step, "on", ms);
+            if (const std::string ms = cost(step); !ms.empty())
+                text += fmt::format("{:<17} {:<8} {}\n", step, "on", ms);
     return text;
 }
 
@@ -236,14 +238,18 @@ std::string reportJson(const RainReport& report, const Settings& settings)
         {"skipped", skipped},
         {"device", s.device},
         {"peak_memory_mb", peakMemory_mb()},
-        {"plate", {{"path", report.plate.path},
-                   {"format", report.plate.format},
-                   {"colorspace", report.plate.colorspace},
-                   {"colorspace_source", report.plate.colorspaceSource}}},
+        {"plate",
+         {{"path", report.plate.path},
+          {"format", report.plate.format},
+          {"colorspace", report.plate.colorspace},
+          {"colorspace_source", report.plate.colorspaceSource}}},
         {"light", {{"source", settings.env.empty() ? "plate" : settings.env}, {"order", s.lightOrder}}},
         {"fog_extinction_per_m", s.fogExtinction_1_m},
-        {"repaired", {{"plate_values", s.repairedPixels}, {"depth_pixels", s.depthHoles},
-                      {"depth_resampled", s.depthResampled}, {"frames", report.repairedFrames}}},
+        {"repaired",
+         {{"plate_values", s.repairedPixels},
+          {"depth_pixels", s.depthHoles},
+          {"depth_resampled", s.depthResampled},
+          {"frames", report.repairedFrames}}},
         {"stopped", report.stopped},
         {"settings", settingsJson},
     };

@@ -13,10 +13,10 @@ namespace virga::shot {
 
 struct RainJobOptions {
     std::string plate, output;
-    std::string frames;        ///< frame range; empty: all
+    std::string frames;  ///< frame range; empty: all
     bool layers = false;
-    bool half = false;         ///< EXR as half even if the plate is float
-    std::string preview;       ///< contact sheet, PNG; empty: none
+    bool half = false;    ///< EXR as half even if the plate is float
+    std::string preview;  ///< contact sheet, PNG; empty: none
     std::string device = "auto";
     std::string shaderFolder;
 };
@@ -24,8 +24,8 @@ struct RainJobOptions {
 /// What is told while working.
 struct Progress {
     std::size_t done = 0, total = 0;
-    FrameNumber frame = 0;   ///< finished last
-    double seconds = 0;      ///< since the first frame was asked for
+    FrameNumber frame = 0;  ///< finished last
+    double seconds = 0;     ///< since the first frame was asked for
 };
 enum class Verdict { Continue, Stop };
 
@@ -33,11 +33,11 @@ struct RainReport {
     io::PlateInfo plate;
     FramePlan plan;
     CompositorStatistics statistics;
-    std::vector<FrameNumber> frames;         ///< written
-    std::vector<std::string> repairedFrames; ///< sentences: held or skipped, and why
-    double seconds = 0;                      ///< from the first read to the last write
-    double startSeconds = 0;                 ///< from the command to the first read
-    bool stopped = false;                    ///< by the user, after the frames listed
+    std::vector<FrameNumber> frames;          ///< written
+    std::vector<std::string> repairedFrames;  ///< sentences: held or skipped, and why
+    double seconds = 0;                       ///< from the first read to the last write
+    double startSeconds = 0;                  ///< from the command to the first read
+    bool stopped = false;                     ///< by the user, after the frames listed
 };
 
 /// Runs the job. progress is called after each frame on this thread; Stop finishes the file so that it plays.

@@ -13,8 +13,8 @@ constexpr double mostStrokes = 3e7;           // over 2 GB of them
 constexpr double leastSplashDiameter = 1e-3;  // smaller drops leave nothing to see [m]
 constexpr double splashLife_s = 0.12;
 constexpr double splashCell_m = 0.1;
-constexpr unsigned splashSubdivisions = 12;   // the coarsest cells are 0.1 m * 2^12 = 410 m
-constexpr double splashReach_m = 60;          // beyond it a splash is a fraction of a pixel
+constexpr unsigned splashSubdivisions = 12;  // the coarsest cells are 0.1 m * 2^12 = 410 m
+constexpr double splashReach_m = 60;         // beyond it a splash is a fraction of a pixel
 
 /// A rate that is not 0 stands in for the sizes when --strokes asks for strokes at rate 0.
 double rateForSizes(const Settings& s) { return s.rate_mm_h > 0 ? s.rate_mm_h : 25; }
@@ -60,15 +60,16 @@ particles::Visibility limitsOf(const Settings& s)
 }  // namespace
 
 RainModel::RainModel(const Settings& s, const particles::Exposure& first)
-    : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), opacity_(s.opacity), sensorWidth_mm_(s.sensorWidth_mm), fstop_(s.fstop),
-      focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_))
+    : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), opacity_(s.opacity), sensorWidth_mm_(s.sensorWidth_mm),
+      fstop_(s.fstop), focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_))
 {
 }
 
 particles::Visibility RainModel::visibility(const particles::Exposure& exposure) const
 {
     particles::Visibility v = limits_;
-    const double aperture_m = 1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
+    const double aperture_m =
+        1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
     v.blurAngle = 0.5 * aperture_m * std::abs(1 / v.near_m - 1 / focus_m_);
     return v;
 }
@@ -77,8 +78,8 @@ double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposu
 {
     // What strokes gain in opacity the undrawn drops gain too, up to Q = 2: what rain really takes out of a beam, its
     // diffraction counted (van de Hulst 1957), and what meteorological visibility is made of.
-    return std::min(opacity_, 2.0) * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, limits_,
-                                                 sizes_.extinction(1.0));
+    return std::min(opacity_, 2.0) * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px,
+                                                                exposure.duration_s, limits_, sizes_.extinction(1.0));
 }
 
 void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,
@@ -86,7 +87,8 @@ void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exp
 {
     const double least = leastSplashDiameter * s.dropSize;
     const double impacts = sizes_.impactsPerAreaAndTime(least) * field_.densityScale() * s.splashes;
-    c.splash = {float(impacts * splashCell_m * splashCell_m * splashLife_s), float(splashLife_s), float(s.splashSize), 0};
+    c.splash = {float(impacts * splashCell_m * splashCell_m * splashLife_s), float(splashLife_s), float(s.splashSize),
+                0};
     const double slots = (exposure.open_s + 0.5 * exposure.duration_s) / splashLife_s;
     c.splash.w = float(slots - std::floor(slots));
     const double coarse = splashCell_m * double(1u << splashSubdivisions);

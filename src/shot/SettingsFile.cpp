@@ -1,10 +1,10 @@
 #include <fmt/format.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <toml++/toml.h>
 
 #include "core/Error.h"
 #include "io/AtomicFile.h"
@@ -70,8 +70,7 @@ std::string tomlValue(const nlohmann::json& value)
 void loadSettings(Settings& settings, const std::string& path)
 {
     if (std::filesystem::is_directory(path)) throw Error(ErrorCode::Input, "settings '{}': is a folder", path);
-    if (!std::filesystem::exists(path))
-        throw Error(ErrorCode::Input, "settings '{}': no such file", path);
+    if (!std::filesystem::exists(path)) throw Error(ErrorCode::Input, "settings '{}': no such file", path);
     try {
         apply(settings, toml::parse_file(path), "", path);
     } catch (const toml::parse_error& error) {

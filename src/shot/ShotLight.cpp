@@ -1,9 +1,8 @@
 #include "shot/ShotLight.h"
 
-#include <glm/trigonometric.hpp>
-
 #include <algorithm>
 #include <cmath>
+#include <glm/trigonometric.hpp>
 
 #include "core/Error.h"
 #include "core/Log.h"
@@ -37,7 +36,8 @@ void turnAndScale(ImageF& map, double yaw_deg, double gain)
     for (int y = 0; y < map.height(); ++y) {
         float* row = map.row(y);
         const int left = ((shift % map.width()) + map.width()) % map.width();
-        std::rotate(row, row + std::ptrdiff_t(map.width() - left) * channels, row + std::ptrdiff_t(map.width()) * channels);
+        std::rotate(row, row + std::ptrdiff_t(map.width() - left) * channels,
+                    row + std::ptrdiff_t(map.width()) * channels);
         for (int i = 0; i < map.width() * channels; ++i) row[i] *= float(gain);
     }
 }

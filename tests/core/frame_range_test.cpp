@@ -1,8 +1,7 @@
-#include "core/FrameRange.h"
-
 #include <gtest/gtest.h>
 
 #include "core/Error.h"
+#include "core/FrameRange.h"
 
 namespace virga {
 namespace {

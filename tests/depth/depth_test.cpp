@@ -163,7 +163,8 @@ TEST(Depth, EdgesOfASmallerDepthFollowThePicture)
     // A picture without contrast decides nothing: the nearest depth is taken, as without a picture.
     const Depth plain = resampleDepth(sanitizeDepth(stored), W, H, ImageF(W, H, 3, 0.5f));
     const Depth nearest = resampleDepth(sanitizeDepth(stored), W, H);
-    EXPECT_TRUE(std::equal(plain.metres.values().begin(), plain.metres.values().end(), nearest.metres.values().begin()));
+    EXPECT_TRUE(
+        std::equal(plain.metres.values().begin(), plain.metres.values().end(), nearest.metres.values().begin()));
 }
 
 TEST(Depth, Statistics)

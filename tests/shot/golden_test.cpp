@@ -17,7 +17,8 @@ namespace {
 
 constexpr int width = 256, height = 144;
 
-// Thresholds after OpenImageIO's testsuite: what a pixel may be off, the share that may be off by more, and what none may.
+// Thresholds after OpenImageIO's testsuite: what a pixel may be off, the share that may be off by more, and what none
+// may.
 constexpr float small = 0.002f, never = 0.05f;
 constexpr double mayBeOff = 0.002;
 
