@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 namespace virga::cli {
@@ -12,7 +13,7 @@ constexpr double redrawEvery_s = 0.1, lineEvery_s = 5;
 
 std::string clockText(double seconds)
 {
-    const long whole = long(seconds + 0.5);
+    const long whole = std::lround(seconds);
     return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 

@@ -48,7 +48,7 @@ std::string valueName(const shot::Parameter& p)
 {
     using shot::Settings;
     if (p.choices != nullptr) return p.choices;
-    const std::string unit = *p.unit ? p.unit : "N";
+    std::string unit = *p.unit ? p.unit : "N";
     if (std::holds_alternative<std::array<double, 2> Settings::*>(p.member)) return unit + "," + unit;
     if (std::holds_alternative<shot::AutoColor Settings::*>(p.member)) return "R,G,B";
     if (!std::holds_alternative<std::string Settings::*>(p.member)) return unit;

@@ -45,7 +45,7 @@ std::string suggestion(const CLI::App& command, int argc, char** argv)
 /// CLI11's complaint as one of our sentences.
 std::string complaint(const CLI::ParseError& error, const CLI::App& command)
 {
-    const std::string text = error.what();
+    std::string text = error.what();
     const std::string option = text.substr(0, text.find(':'));
     const std::string rest = text.substr(std::min(text.find(": ") + 2, text.size()));
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)

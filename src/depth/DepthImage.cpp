@@ -98,7 +98,7 @@ ImageF reducedGuide(ConstImageViewF guide, int width, int height)
 float alikeDepth(const ImageF& depth, const ImageF& reduced, const std::array<float, 3>& color, double sx, double sy)
 {
     constexpr float distanceCost = 0.002f;  // of a whole pixel away: decides where colours do not
-    const int middleX = int(sx + 0.5), middleY = int(sy + 0.5);
+    const int middleX = int(std::lround(sx)), middleY = int(std::lround(sy));
     float best = depth.at(middleX, middleY), least = std::numeric_limits<float>::infinity();
     for (int j = std::max(middleY - 1, 0); j <= std::min(middleY + 1, depth.height() - 1); ++j)
         for (int i = std::max(middleX - 1, 0); i <= std::min(middleX + 1, depth.width() - 1); ++i) {
@@ -139,12 +139,10 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
                 out = kHole, ++counts.nan;
             else if (options.noValue && value == *options.noValue)
                 out = kHole, ++counts.noValue;
-            else if (options.invert && value == 0)  // before its reciprocal, whose sign would be that of the zero
+            else if ((options.invert && value == 0) || metres >= options.skyBeyond)  // 1 / -0 is no hole either
                 out = kSky, ++counts.infinite;
             else if (!(float(metres) > 0))
                 out = kHole, ++counts.nonPositive;
-            else if (metres >= options.skyBeyond)
-                out = kSky, ++counts.infinite;
             else
                 out = float(metres);
         }

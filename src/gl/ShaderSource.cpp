@@ -51,7 +51,7 @@ ShaderSource loadShader(const std::string& path, const Defines& defines, const s
 {
     ShaderSource source;
     source.text = "#version 450 core\n";
-    for (const auto& [name, value] : defines) source.text += "#define " + name + " " + value + "\n";
+    for (const auto& [name, value] : defines) source.text += fmt::format("#define {} {}\n", name, value);
     append(source, path, shaderFolder);
     return source;
 }
