@@ -124,7 +124,7 @@ Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
     const bool isNumber = std::isdigit(static_cast<unsigned char>(device[0])) != 0;
     if (isNumber && std::none_of(candidates.begin(), candidates.end(),
                                  [&](const Candidate& candidate) { return isWanted(candidate, device); }))
-        throw Error(ErrorCode::Graphics, "there is no device {}: EGL lists {}, counted from 0 (see virga info)", device,
+        throw Error(ErrorCode::Graphics, "--device {}: there is no such device; EGL lists {}, counted from 0 (see virga info)", device,
                     candidates.size());
     throw Error(ErrorCode::Graphics,
                 "no usable OpenGL 4.5 device for '--device {}': EGL lists {} device(s) and none gave a context; on "
