@@ -5,7 +5,7 @@ a file, /proc, and /dev/full for standard output."""
 import subprocess
 import unittest
 
-from support import OFF, VIRGA, CliTest, knownFault, makeMovie, street, writeImage
+from support import OFF, VIRGA, CliTest, makeMovie, street, writeImage
 
 
 class Outputs(CliTest):
@@ -38,7 +38,6 @@ class Outputs(CliTest):
         self.refusedOutput("out", ".exr", ".mp4")
         self.refusedOutput("out.wav", "'.wav'")
 
-    @knownFault("src/io: OpenImageIO ends the program when its GIF writer is used")
     def test_gif(self):
         self.refused(5, "out.gif", "rain", "--quiet", "still.png", "-o", "out.gif", *OFF)
 

@@ -202,7 +202,10 @@ TEST(BadOutput, IsRefusedBeforeAnythingIsRendered)
                  {"in.mp4/out.mp4", "is not a folder", ErrorCode::Output},
                  {"out.xyz", ".xyz", ErrorCode::Output},
                  {"out", "no format that can be written", ErrorCode::Output},
-                 {"out.%04d.xyz", ".exr", ErrorCode::Output}};
+                 {"out.%04d.xyz", ".exr", ErrorCode::Output},
+                 {"out.gif", "'.gif' is no format that can be written; there are .exr, .png", ErrorCode::Output},
+                 {"out.%04d.zfile", "no format that can be written", ErrorCode::Output},
+                 {"out.iff", "no format that can be written", ErrorCode::Output}};
     for (const auto& c : cases) {
         const std::string sentence = test::sentenceOf(c.code, [&] { createPlateWriter(folder / c.name, *reader, {}); });
         EXPECT_SAYS(sentence, c.says);

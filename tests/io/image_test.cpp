@@ -188,7 +188,8 @@ TEST(Images, IntegersComeBack)
     } cases[] = {{"rgb8.png", "--ch R,G,B -d uint8"}, {"rgb16.png", "--ch R,G,B -d uint16"},
                  {"rgb8.tif", "--ch R,G,B -d uint8"}, {"rgb16.tif", "--ch R,G,B -d uint16"},
                  {"ten.dpx", "--ch R,G,B -d uint10"}, {"grey.png", "--ch R -d uint8"},
-                 {"rgb8.bmp", "--ch R,G,B -d uint8"}, {"rgb8.tga", "--ch R,G,B -d uint8"}};
+                 {"rgb8.bmp", "--ch R,G,B -d uint8"}, {"rgb8.tga", "--ch R,G,B -d uint8"},
+                 {"rgb8.ppm", "--ch R,G,B -d uint8"}, {"rgb8.sgi", "--ch R,G,B -d uint8"}};
     for (const auto& c : cases) {
         const std::string in = folder / c.name, out = folder / (std::string("out_") + c.name);
         test::run(fmt::format(
@@ -201,6 +202,24 @@ TEST(Images, IntegersComeBack)
             for (int x = 0; x < 64; ++x)
                 for (int k = 0; k < 3; ++k)
                     ASSERT_EQ(a.pixels.at(x, y, std::min(k, a.pixels.channels() - 1)), b.pixels.at(x, y, k)) << c.name;
+    }
+}
+
+// JPEG and WebP lose something, Radiance's shared exponent up to 1/256 of the largest channel.
+TEST(Images, LossyFormatsComeNear)
+{
+    const TemporaryFolder folder;
+    ImageF ramp(64, 48, 3);
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 64; ++x)
+            for (int c = 0; c < 3; ++c) ramp.at(x, y, c) = float(x + y) / 110;
+    writePng(folder / "in.png", ramp);
+    for (const char* name : {"out.jpg", "out.jpeg", "out.webp", "out.hdr", "out.tiff"}) {
+        test::copyPlate(folder / "in.png", folder / name);
+        const ImageF read = readLinearImage(folder / name);
+        for (int y = 0; y < 48; ++y)
+            for (int x = 0; x < 64; ++x)
+                for (int c = 0; c < 3; ++c) ASSERT_NEAR(read.at(x, y, c), ramp.at(x, y, c), 0.03) << name;
     }
 }
 
