@@ -15,6 +15,7 @@
 #include "core/Parallel.h"
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
+#include "io/PngCheck.h"
 
 namespace virga::io {
 
@@ -115,6 +116,9 @@ void findColorspace(const ImageSpec& spec, ImageHeader& header)
     }
 }
 
+/// OpenImageIO gathers what several layers below it say, a line each; the first is where it went wrong.
+std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
+
 std::unique_ptr<ImageInput> open(const std::string& path)
 {
     std::error_code error;
@@ -124,10 +128,13 @@ std::unique_ptr<ImageInput> open(const std::string& path)
     if (!fs::exists(path, error)) throw Error(ErrorCode::Input, "{}: does not exist", path);
     if (fs::is_regular_file(path, error) && fs::file_size(path, error) == 0)
         throw Error(ErrorCode::Input, "{}: is empty", path);
+    if (const auto damage = damageOfPng(path))
+        throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", path, *damage);
     ImageSpec request;
     request.attribute("oiio:UnassociatedAlpha", 1);
     auto input = ImageInput::open(path, &request);
-    if (!input) throw Error(ErrorCode::Input, "{}: is not an image that can be read ({})", path, OIIO::geterror());
+    if (!input)
+        throw Error(ErrorCode::Input, "{}: is not an image that can be read ({})", path, firstLine(OIIO::geterror()));
     if (input->spec().deep)
         throw Error(ErrorCode::Input, "{}: is a deep image, which cannot be read; flatten it first", path);
     return input;
@@ -174,7 +181,7 @@ ImageF readChannels(ImageInput& input, const ImageHeader& header, const std::str
     if (!normalize && !spec.format.is_floating_point()) type = spec.format;
     std::vector<std::byte> raw(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(count) * type.size());
     if (!input.read_image(0, 0, first, last, type, raw.data()))
-        throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", path, input.geterror());
+        throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", path, firstLine(input.geterror()));
 
     ImageF image(header.width, header.height, count);
     const int left = std::max(0, spec.x - spec.full_x),
@@ -469,10 +476,10 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
 
     AtomicFile file(path);
     if (!output->open(file.temporaryPath(), spec))
-        throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, output->geterror());
+        throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
     const bool isWritten = output->write_image(TypeDesc::UNKNOWN, raw.data());
     if (!output->close() || !isWritten)
-        throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, output->geterror());
+        throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
     file.commit();
     return tooLarge;
 }

@@ -3,7 +3,7 @@ input that is odd but can be worked with, which the report then says."""
 import unittest
 
 import numpy as np
-from support import CHEAP, HEIGHT, OFF, WIDTH, CliTest, knownFault, makeMovie, readImage, street, writeImage
+from support import CHEAP, HEIGHT, OFF, WIDTH, CliTest, makeMovie, readImage, street, writeImage
 
 
 class InputTest(CliTest):
@@ -62,7 +62,6 @@ class Plates(InputTest):
         self.refusedPlate("cut.mp4")
         self.refusedPlate("cut.exr", "damaged or cut off")
 
-    @knownFault("src/io: libpng speaks by itself, and its words fill several lines")
     def test_truncatedPng(self):
         self.refused(3, ["cut.png", "damaged or cut off"], "rain", "--quiet", "cut.png", "-o", "out.mp4")
 

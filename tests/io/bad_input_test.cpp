@@ -54,6 +54,42 @@ TEST(BadInput, IsNamed)
     EXPECT_SAYS(test::sentenceOf(ErrorCode::InvalidArgument, [&] { openPlate(folder / "text.mp4", options); }), "-1");
 }
 
+// In one line, and without a word from the libraries themselves, which write to standard error on their own.
+TEST(BadInput, CutOffAndDamagedImagesAreSaidInOneLine)
+{
+    const TemporaryFolder folder;
+    const ImageF image = test::noise(64, 48, 3, 0, 1);
+    writePng(folder / "a.png", image);
+    writeExr(folder / "a.exr", image, {"R", "G", "B"}, true);
+    for (const char* name : {"a.jpg", "a.tif", "a.tga", "a.bmp", "a.webp", "a.dpx", "a.hdr", "a.sgi", "a.ppm"})
+        test::copyPlate(folder / "a.png", folder / name);
+    for (const char* name :
+         {"a.png", "a.exr", "a.jpg", "a.tif", "a.tga", "a.bmp", "a.webp", "a.dpx", "a.hdr", "a.sgi", "a.ppm"}) {
+        const std::string part = folder / (std::string("part_") + name);
+        for (const double share : {0.001, 0.01, 0.1, 0.5, 0.9}) {
+            fs::copy_file(folder / name, part, fs::copy_options::overwrite_existing);
+            fs::resize_file(part, std::max<std::uintmax_t>(1, std::uintmax_t(double(fs::file_size(part)) * share)));
+            testing::internal::CaptureStderr();
+            std::string said;
+            try {
+                openPlate(part, {})->read(0);  // JPEG and TGA are read as far as they go
+            } catch (const Error& error) {
+                EXPECT_EQ(int(error.code()), int(ErrorCode::Input)) << error.what();
+                said = error.what();
+                EXPECT_SAYS(said, part);
+            }
+            EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << name << " " << share;
+            EXPECT_EQ(said.find('\n'), std::string::npos) << said;
+            if (std::string_view(name) == "a.png" && share > 0.005) {
+                EXPECT_SAYS(said, "is damaged or cut off");
+            }
+        }
+    }
+
+    std::fstream(folder / "a.png", std::ios::in | std::ios::out | std::ios::binary).seekp(2000).put('\x55');
+    EXPECT_SAYS(openSentence(folder / "a.png"), "the checksum of a chunk IDAT is wrong");
+}
+
 TEST(BadInput, FramesOutsideAreNamed)
 {
     const TemporaryFolder folder;

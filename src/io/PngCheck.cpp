@@ -1,0 +1,66 @@
+#include "io/PngCheck.h"
+
+extern "C" {
+#include <libavutil/crc.h>
+}
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <vector>
+
+#include "core/Error.h"
+
+namespace virga::io {
+
+namespace {
+
+std::uint32_t bigEndian(const std::uint8_t* b)
+{
+    return std::uint32_t(b[0]) << 24 | std::uint32_t(b[1]) << 16 | std::uint32_t(b[2]) << 8 | b[3];
+}
+
+}  // namespace
+
+std::optional<std::string> damageOfPng(const std::string& path)
+{
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;  // a pipe can be read only once
+    std::ifstream file(path, std::ios::binary);
+    const auto read = [&](std::uint8_t* to, std::size_t size) {
+        return bool(file.read(reinterpret_cast<char*>(to), std::streamsize(size)));
+    };
+    static constexpr std::array<std::uint8_t, 8> pngSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    std::array<std::uint8_t, 8> signature{};
+    if (!read(signature.data(), signature.size()) || signature != pngSignature) return std::nullopt;
+
+    const AVCRC* table = av_crc_get_table(AV_CRC_32_IEEE_LE);
+    std::vector<std::uint8_t> piece(std::size_t(1) << 16);
+    for (;;) {
+        std::array<std::uint8_t, 8> head{};  // length, type
+        if (!read(head.data(), head.size())) return "it ends before its last chunk";
+        const std::string type(reinterpret_cast<const char*>(head.data()) + 4, 4);
+        if (!std::all_of(type.begin(), type.end(),
+                         [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); }))
+            return "a chunk has no name";
+        std::uint32_t sum = av_crc(table, 0xffffffffu, head.data() + 4, 4);
+        for (std::size_t left = bigEndian(head.data()); left > 0;) {
+            const std::size_t size = std::min(left, piece.size());
+            if (!read(piece.data(), size)) return fmt::format("it ends inside a chunk {}", type);
+            sum = av_crc(table, sum, piece.data(), size);
+            left -= size;
+        }
+        std::array<std::uint8_t, 4> stored{};
+        if (!read(stored.data(), stored.size())) return fmt::format("it ends inside a chunk {}", type);
+        // Chunks in lower case are remarks, which libpng passes over if they are wrong.
+        const bool isNeeded = type[0] >= 'A' && type[0] <= 'Z';
+        if (isNeeded && bigEndian(stored.data()) != (sum ^ 0xffffffffu))
+            return fmt::format("the checksum of a chunk {} is wrong", type);
+        if (type == "IEND") return std::nullopt;
+    }
+}
+
+}  // namespace virga::io

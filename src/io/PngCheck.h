@@ -1,0 +1,14 @@
+// Whether a PNG file is whole, before libpng sees it: OpenImageIO's reader (2.4) lets libpng write its complaints to
+// standard error itself.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace virga::io {
+
+/// What is wrong with the chunks of a PNG file (PNG specification, 5.3): cut off, or with a wrong checksum in a chunk
+/// that pictures need. Nothing if they are right, if the file is no PNG by its signature, or if it cannot be read.
+std::optional<std::string> damageOfPng(const std::string& path);
+
+}  // namespace virga::io
