@@ -176,6 +176,42 @@ void setOption(AVCodecContext& codec, const char* name, const std::string& value
     av_opt_set(&codec, name, value.c_str(), AV_OPT_SEARCH_CHILDREN);
 }
 
+struct Clock {
+    AVRational timeBase, rate;
+};
+
+/// The clock as the encoder takes it; most take any. MPEG-1 and MPEG-2 number their few rates (ISO 13818-2, table 6-4)
+/// and count frames; MPEG-4 part 2 keeps ticks a second in 16 bits (ISO 14496-2, vop_time_increment_resolution).
+Clock clockFor(const std::string& path, const AVCodec& encoder, const MovieOrigin* origin, Rational timeBase,
+               Rational frameRate)
+{
+    const Clock wanted{{timeBase.num, timeBase.den}, {frameRate.num, frameRate.den}};
+    if (encoder.supported_framerates != nullptr) {
+        const bool isVariable = origin != nullptr && origin->keepsTime && origin->isVariableRate;
+        const auto isNear = [&](const AVRational& rate) {
+            return std::fabs(av_q2d(rate) / av_q2d(wanted.rate) - 1) < 1e-5;
+        };
+        for (const AVRational* rate = encoder.supported_framerates; rate->num != 0; ++rate)
+            if (!isVariable && isNear(*rate)) return {av_inv_q(*rate), *rate};
+        throw Error(ErrorCode::InvalidArgument,
+                    "codec '{}' takes constant rates such as 24, 25, 29.97 and 30 frames a second alone, and for {} it "
+                    "is {}{:.4g}; choose another codec, such as libx264, or set such a rate with --fps",
+                    encoder.name, path, isVariable ? "a varying one of about " : "", av_q2d(wanted.rate));
+    }
+    constexpr int most = 65535, fineEnough = 10000;
+    if (encoder.id != AV_CODEC_ID_MPEG4 || timeBase.den <= most) return wanted;
+    Clock clock = wanted;
+    if (timeBase.num == 1) {
+        // A part of the plate's ticks, such as 45000 for 90000, so that many times stay exact.
+        int parts = timeBase.den / most + 1;
+        while (timeBase.den % parts != 0 && timeBase.den / parts >= fineEnough) ++parts;
+        clock.timeBase.den = timeBase.den % parts == 0 ? timeBase.den / parts : 60000;
+    } else {
+        av_reduce(&clock.timeBase.num, &clock.timeBase.den, timeBase.num, timeBase.den, most);
+    }
+    return clock;
+}
+
 /// Settings that make an intermediate: hardly to be told from the plate, at a speed that a render can live with.
 void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* origin, const PlanarFormat& format,
           std::optional<double> quality)
@@ -271,12 +307,12 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
 
     Codec codec(avcodec_alloc_context3(encoder));
     if (!codec) throw std::bad_alloc();
-    const Rational rate = movieFrameRate(plate, origin);
+    const Clock clock = clockFor(path, *encoder, origin, timeBase, movieFrameRate(plate, origin));
     codec->width = plate.width;
     codec->height = plate.height;
     codec->pix_fmt = AVPixelFormat(format.pixelFormat);
-    codec->time_base = {timeBase.num, timeBase.den};
-    codec->framerate = {rate.num, rate.den};
+    codec->time_base = clock.timeBase;
+    codec->framerate = clock.rate;
     codec->sample_aspect_ratio = origin != nullptr ? AVRational{origin->pixelAspect.num, origin->pixelAspect.den}
                                                    : av_d2q(plate.pixelAspect, 1000);
     codec->color_range = isFullRange ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;

@@ -16,7 +16,8 @@ struct MovieFormat {
 };
 
 /// Opens the encoder for `output`, whose container is known. Throws Error(InvalidArgument) for an encoder that is not
-/// known, does not fit the container or refuses its settings. `timeBase`: of the frames that it will be given.
+/// known, does not fit the container or refuses its settings or the plate's rate. `timeBase`: that the frames should
+/// have; the encoder's own is as near to it as the codec takes.
 libav::Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate,
                          const MovieOrigin* origin, const WriteOptions& options, Rational timeBase,
                          MovieFormat& format);

@@ -46,6 +46,7 @@ public:
         makeContainer();
         chooseTimeBase();
         encoder_ = openEncoder(path, *output_, plate_, origin_, options, timeBase_, format_);
+        timeBase_ = {encoder_->time_base.num, encoder_->time_base.den};
         toCode_ = makeColorTransform(plate.workingColorspace, format_.colorspace);
 
         stream_ = avformat_new_stream(output_.get(), nullptr);

@@ -511,5 +511,50 @@ TEST(MovieFootage, StreetClipsComeThroughWithTheirSound)
     EXPECT_EQ(frameTimes(path), frameTimes(folder / "out.mp4"));
 }
 
+// MPEG-4 part 2 has at most 65535 ticks a second, MPEG-2 a few constant rates: the plate's clock is brought to them, or
+// the sentence says what to do.
+TEST(MovieTime, CodecsWithFewRatesKeepTimeOrSaySo)
+{
+    const TemporaryFolder folder;
+    test::makeMovie(folder / "varying.mp4",
+                    "-vf settb=1/1000,setpts='N*40+15*mod(N\\,3)' -c:v libx264 -fps_mode vfr -video_track_timescale "
+                    "90000 -pix_fmt yuv420p");
+    ASSERT_TRUE(openPlate(folder / "varying.mp4", {})->info().isVariableRate);
+    WriteOptions mpeg4, mpeg2;
+    mpeg4.codec = "mpeg4";
+    mpeg2.codec = "mpeg2video";
+    const auto expected = frameTimes(folder / "varying.mp4");
+    for (const char* name : {"out.mp4", "out.mkv"}) {
+        EXPECT_EQ(test::copyPlate(folder / "varying.mp4", folder / name, mpeg4), 12u);
+        const auto times = frameTimes(folder / name);
+        ASSERT_EQ(times.size(), expected.size());
+        for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(times[i], expected[i], 1e-3) << name;
+    }
+    const auto refusal = [&](const char* plate, const ReadOptions& read) {
+        const auto reader = openPlate(folder / plate, read);
+        return test::sentenceOf(ErrorCode::InvalidArgument,
+                                [&] { createPlateWriter(folder / "no.mkv", *reader, mpeg2); });
+    };
+    const std::string sentence = refusal("varying.mp4", {});
+    EXPECT_SAYS(sentence, "'mpeg2video'");
+    EXPECT_SAYS(sentence, "varying");
+    EXPECT_SAYS(sentence, "--fps");
+    ReadOptions constant, odd;
+    constant.fps = 25;
+    odd.fps = 17.3;
+    EXPECT_SAYS(refusal("varying.mp4", odd), "17.3");
+    EXPECT_EQ(test::copyPlate(folder / "varying.mp4", folder / "out2.mkv", mpeg2, constant), 12u);
+
+    // A rate whose fraction has large numbers.
+    test::makeMovie(folder / "regular.mkv", "-c:v libx264 -pix_fmt yuv420p", 10, "64x48", "testsrc2", "30000/1001");
+    EXPECT_EQ(test::copyPlate(folder / "regular.mkv", folder / "regular2.mkv", mpeg2), 10u);
+    EXPECT_EQ(probe(folder / "regular2.mkv", "stream=r_frame_rate"), "30000/1001");
+    ReadOptions large;
+    large.fps = 29.739541;
+    EXPECT_EQ(test::copyPlate(folder / "regular.mkv", folder / "large.mkv", mpeg4, large), 10u);
+    const auto times = frameTimes(folder / "large.mkv");
+    for (std::size_t i = 0; i < times.size(); ++i) EXPECT_NEAR(times[i], double(i) / 29.739541, 1e-3);
+}
+
 }  // namespace
 }  // namespace virga::io
