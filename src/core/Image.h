@@ -68,8 +68,9 @@ public:
 
     T* data() { return pixels_.data(); }
     const T* data() const { return pixels_.data(); }
-    std::span<T> values() { return pixels_; }
-    std::span<const T> values() const { return pixels_; }
+    std::span<T> values() & { return pixels_; }
+    std::span<const T> values() const& { return pixels_; }
+    void values() const&& = delete;  ///< `for (x : make().values())` would read what is already gone
 
     T* row(int y) { return view().row(y); }
     const T* row(int y) const { return view().row(y); }

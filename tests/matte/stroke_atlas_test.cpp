@@ -136,7 +136,8 @@ TEST(OscillatingDrops, SameAtlasOnAnyThreads)
     const ThreadLimit one(1);
     const StrokeAtlas single = makeOscillatingDropAtlas(7);
     EXPECT_TRUE(std::ranges::equal(many.layers.values(), single.layers.values()));
-    EXPECT_FALSE(std::ranges::equal(many.layers.values(), makeOscillatingDropAtlas(8).layers.values()));
+    const StrokeAtlas other = makeOscillatingDropAtlas(8);
+    EXPECT_FALSE(std::ranges::equal(many.layers.values(), other.layers.values()));
 }
 
 TEST(OscillatingDrops, NamesTheOptionThatIsOutOfRange)

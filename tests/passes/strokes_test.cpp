@@ -323,9 +323,12 @@ TEST_F(Strokes, NothingIsEverNaN)
                                       {{24, 24}, {24, 25}, 0.5, 0.011},
                                       {{10, 10}, {11, 30}, 1, 1e3, 1},
                                       {{30, 10}, {30, 10.0001}, 40}});
-    for (const float value : picture.render(plate, list).values()) ASSERT_TRUE(std::isfinite(value));
+    const auto expectFinite = [](const ImageF& image) {
+        for (const float value : image.values()) ASSERT_TRUE(std::isfinite(value));
+    };
+    expectFinite(picture.render(plate, list));
     for (const auto layer : {FrameTargets::LayerIndex::Rain, FrameTargets::LayerIndex::Fog})
-        for (const float value : picture.targets.readLayer(layer).values()) ASSERT_TRUE(std::isfinite(value));
+        expectFinite(picture.targets.readLayer(layer));
 }
 
 }  // namespace
