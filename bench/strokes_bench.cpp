@@ -106,7 +106,8 @@ void run(const Case& c, const gl::Context& context, const Options& options)
 
     const particles::RainField plain(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1);
     const double scale = c.strokes / plain.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
-    const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1, scale);
+    const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1, scale,
+                                     particles::RainField::dropsPerCellFor(c.strokes));
 
     passes::Features features;
     features.rain = true;

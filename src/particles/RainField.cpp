@@ -15,8 +15,6 @@
 namespace virga::particles {
 namespace {
 
-constexpr double leastDropsPerCell = 8,
-                 mostDropsPerCell = 64;    // small cells hug the frustum, large ones make a short list
 constexpr double smallestCellEdge = 0.35;  // [m]; where drops crowd, the list of cells stays short
 constexpr double largestCellEdge = 8;      // [m]; rare drops live in cells that hold less than one
 
@@ -75,15 +73,16 @@ double visibleDepth(double diameter, double speed, double focal_px, double expos
 }  // namespace
 
 RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, const Motion& motion, std::uint32_t seed,
-                     double densityScale)
+                     double densityScale, double dropsPerCell)
     : classes_(std::move(classes)), slope_(slope), motion_(motion), seed_(seed), densityScale_(densityScale)
 {
     // The edge depends on the rain alone, never on the shot: a change of lens must not move the drops.
-    const double dropsPerCell = std::clamp(leastDropsPerCell * densityScale_, leastDropsPerCell, mostDropsPerCell);
     for (const rainfall::SizeClass& c : classes_)
         edges_.push_back(std::clamp(std::cbrt(dropsPerCell / (c.numberPerVolume * densityScale_)), smallestCellEdge,
                                     largestCellEdge));
 }
+
+double RainField::dropsPerCellFor(double strokes) { return std::clamp(strokes / 3e4, 8.0, 96.0); }
 
 void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,
                             std::vector<shared::Cell>& cells, std::size_t& drops) const

@@ -52,9 +52,13 @@ struct CellList {
 class RainField {
 public:
     /// classes: from makeSizeClasses; slope: of their size distribution [1/m].
-    /// densityScale multiplies the number of drops (`--strokes`), > 0.
+    /// densityScale multiplies the number of drops (`--strokes`), > 0. dropsPerCell: aimed at; small cells hug the
+    /// frustum, large ones keep the list short where there are millions of drops. Another number is another rain.
     RainField(std::vector<rainfall::SizeClass> classes, double slope, const Motion& motion, std::uint32_t seed,
-              double densityScale = 1);
+              double densityScale = 1, double dropsPerCell = 8);
+
+    /// dropsPerCell for a picture of so many strokes.
+    static double dropsPerCellFor(double strokes);
 
     /// Cells that may hold a drop that is seen. Order means nothing. Parallel over classes.
     CellList cellsInView(const Exposure& exposure, const Visibility& visibility) const;

@@ -42,7 +42,8 @@ particles::RainField fieldOf(const Settings& s, const rainfall::DropSizes& sizes
         throw Error(ErrorCode::InvalidArgument,
                     "--strokes {:g}: no drop of this rain is visible with --near {:g}, --far {:g}, --threshold {:g}",
                     wanted, s.near_m, s.far_m, s.threshold);
-    return particles::RainField(classes, sizes.slope(), motion, seed, wanted / expected);
+    return particles::RainField(classes, sizes.slope(), motion, seed, wanted / expected,
+                                particles::RainField::dropsPerCellFor(wanted));
 }
 
 particles::Visibility limitsOf(const Settings& s)
