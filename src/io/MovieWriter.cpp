@@ -304,7 +304,11 @@ bool isMovieName(const std::string& path)
     // Image formats come first: FFmpeg, too, writes .png and .jpg, one file a frame.
     if (isFramePattern(path) || isImageName(path)) return false;
     const AVOutputFormat* container = av_guess_format(nullptr, path.c_str(), nullptr);
-    return container != nullptr && container->video_codec != AV_CODEC_ID_NONE;
+    if (container == nullptr || container->video_codec == AV_CODEC_ID_NONE) return false;
+    // Sound that may carry a cover (.mp3, .flac, .aiff), and what is not one file (streams, images by number).
+    const bool isSoundWithCover =
+        container->audio_codec != AV_CODEC_ID_NONE && container->video_codec == AV_CODEC_ID_PNG;
+    return !isSoundWithCover && (container->flags & AVFMT_NOFILE) == 0;
 }
 
 std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const PlateInfo& plate,

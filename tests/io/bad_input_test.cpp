@@ -239,6 +239,10 @@ TEST(BadOutput, IsRefusedBeforeAnythingIsRendered)
                  {"out.xyz", ".xyz", ErrorCode::Output},
                  {"out", "no format that can be written", ErrorCode::Output},
                  {"out.%04d.xyz", ".exr", ErrorCode::Output},
+                 {"out.mp3", "'.mp3' is no format that can be written; there are .exr, .png", ErrorCode::Output},
+                 {"out.flac", ".mp4, .mov", ErrorCode::Output},
+                 {"out.aiff", "no format that can be written", ErrorCode::Output},
+                 {"out.m3u8", "no format that can be written", ErrorCode::Output},
                  {"out.gif", "'.gif' is no format that can be written; there are .exr, .png", ErrorCode::Output},
                  {"out.%04d.zfile", "no format that can be written", ErrorCode::Output},
                  {"out.iff", "no format that can be written", ErrorCode::Output}};
