@@ -52,19 +52,25 @@ std::optional<std::pair<std::size_t, int>> placeholderAt(const std::string& text
     return std::nullopt;
 }
 
+/// Calls use(at, length, digits) for each placeholder in the file's name, in order.
+template <class Use>
+void forEachPlaceholder(const std::string& pattern, Use&& use)
+{
+    const std::size_t slash = pattern.rfind('/');
+    for (std::size_t at = slash == std::string::npos ? 0 : slash + 1; at < pattern.size();) {
+        const auto placeholder = placeholderAt(pattern, at);
+        if (placeholder) use(at, placeholder->first, placeholder->second);
+        at += placeholder ? placeholder->first : 1;
+    }
+}
+
 /// The last placeholder of the file's name counts: in "take#2.%04d.exr" that is %04d.
 std::optional<Parts> split(const std::string& pattern)
 {
-    const std::size_t slash = pattern.rfind('/');
     std::optional<Parts> found;
-    for (std::size_t at = slash == std::string::npos ? 0 : slash + 1; at < pattern.size();) {
-        if (const auto placeholder = placeholderAt(pattern, at)) {
-            found = Parts{pattern.substr(0, at), pattern.substr(at + placeholder->first), placeholder->second};
-            at += placeholder->first;
-        } else {
-            ++at;
-        }
-    }
+    forEachPlaceholder(pattern, [&](std::size_t at, std::size_t length, int digits) {
+        found = Parts{pattern.substr(0, at), pattern.substr(at + length), digits};
+    });
     return found;
 }
 
@@ -84,8 +90,21 @@ bool isFramePattern(const std::string& pattern)
     return split(pattern).has_value() && !fs::is_regular_file(pattern, ignored);
 }
 
+void refuseTwoPatterns(const std::string& pattern, ErrorCode code)
+{
+    if (!isFramePattern(pattern)) return;
+    std::string last, before;
+    forEachPlaceholder(pattern, [&](std::size_t at, std::size_t length, int) {
+        if (last.size() > 1) before = last;
+        last = pattern.substr(at, length);
+    });
+    if (!before.empty())
+        throw Error(code, "{}: holds two places for the frame's number, {} and {}; leave one", pattern, before, last);
+}
+
 std::vector<FrameNumber> findFrames(const std::string& pattern)
 {
+    refuseTwoPatterns(pattern, ErrorCode::Input);
     const auto parts = split(pattern);
     std::error_code error;
     if (!parts) return fs::exists(pattern, error) ? std::vector<FrameNumber>{0} : std::vector<FrameNumber>{};

@@ -53,6 +53,7 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
                                                const WriteOptions& options)
 {
     checkOutputFolder(path);
+    refuseTwoPatterns(path, ErrorCode::Output);
     refuseWritingOverPlate(path, plate.info());
     if (!options.outputColorspace.empty()) resolveColorspace(options.outputColorspace);
     const auto* reader = dynamic_cast<const SourcedReader*>(&plate);

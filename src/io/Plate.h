@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/Error.h"
 #include "core/FrameRange.h"
 #include "core/Image.h"
 
@@ -143,7 +144,11 @@ void writePng(const std::string& path, ConstImageViewF linear);
 /// Names of one frame's file when `pattern` has %04d, #### , @ or $F4; `pattern` itself if it has none.
 std::string framePath(const std::string& pattern, FrameNumber number);
 bool isFramePattern(const std::string& pattern);
-/// Frames of a pattern that exist on disk, ascending. Throws Error(Input) naming the folder looked at if it is missing.
+/// Throws Error(code) for a pattern with two places for the number ("a.%04d.%04d.exr"). One # or @ before another place
+/// is text, as in "take#2.%04d.exr".
+void refuseTwoPatterns(const std::string& pattern, ErrorCode code);
+/// Frames of a pattern that exist on disk, ascending. Throws Error(Input) for a pattern with two places, and naming the
+/// folder looked at if it is missing.
 std::vector<FrameNumber> findFrames(const std::string& pattern);
 
 }  // namespace virga::io

@@ -44,6 +44,26 @@ TEST(FramePattern, FindsTheFramesThatExist)
     EXPECT_SAYS(sentence, folder / "missing");
 }
 
+TEST(FramePattern, TwoPlacesForTheNumberAreRefused)
+{
+    const test::TemporaryFolder folder;
+    for (const char* name : {"q.%04d.%04d.exr", "q.####.%d.exr", "q.$F4.@@.exr", "q.%04d.#.exr"}) {
+        const std::string input = test::sentenceOf(ErrorCode::Input, [&] { openPlate(folder / name, {}); });
+        EXPECT_SAYS(input, folder / name);
+        EXPECT_SAYS(input, "two places for the frame's number");
+    }
+    EXPECT_SAYS(test::sentenceOf(ErrorCode::Input, [&] { openPlate(folder / "q.####.%d.exr", {}); }), "#### and %d");
+    writeExr(folder / "one.exr", ImageF(4, 4, 4), {"R", "G", "B", "A"}, true);
+    const auto reader = openPlate(folder / "one.exr", {});
+    EXPECT_SAYS(
+        test::sentenceOf(ErrorCode::Output, [&] { createPlateWriter(folder / "q.%04d.%04d.exr", *reader, {}); }),
+        "two places for the frame's number");
+    for (const char* name : {"take#2.%04d.exr", "me@home.####.exr", "####/q.%04d.exr"})
+        EXPECT_NO_THROW(refuseTwoPatterns(folder / name, ErrorCode::Input)) << name;
+    std::ofstream(folder / "a.%04d.%04d.exr") << "x";  // a file of that name is that file
+    EXPECT_NO_THROW(refuseTwoPatterns(folder / "a.%04d.%04d.exr", ErrorCode::Input));
+}
+
 // A file whose name happens to look like a pattern is that file.
 TEST(FramePattern, AFileThatExistsIsNoPattern)
 {
