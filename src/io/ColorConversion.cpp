@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <numeric>
+#include <utility>
 
 #include "core/Error.h"
 
@@ -163,6 +165,45 @@ struct Found {
     bool isData = false;
 };
 
+std::vector<std::string> allNames()
+{
+    std::vector<std::string> names;
+    if (const auto config = userConfig())
+        for (int i = 0; i < config->getNumColorSpaces(); ++i) names.emplace_back(config->getColorSpaceNameByIndex(i));
+    for (const NamedSpace& space : ownColorspaces()) names.emplace_back(space.name);
+    names.insert(names.end(), {"ACEScct", "ACEScc"});
+    return names;
+}
+
+/// Letters to add, drop or exchange to make one word of the other (Levenshtein 1966).
+std::size_t editDistance(std::string_view a, std::string_view b)
+{
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t(0));
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i);
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t kept = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = std::exchange(row[j], std::min({kept, row[j] + 1, row[j - 1] + 1}));
+        }
+    }
+    return row.back();
+}
+
+/// At most four, nearest first, whatever their case; the beginning of a name is compared as well as the whole.
+std::vector<std::string> nearestNames(const std::string& name, std::vector<std::string> names)
+{
+    const std::string wanted = lowerCase(name);
+    const auto distance = [&](const std::string& candidate) {
+        const std::string lower = lowerCase(candidate);
+        return std::min(editDistance(wanted, lower), editDistance(wanted, lower.substr(0, wanted.size())));
+    };
+    std::stable_sort(names.begin(), names.end(),
+                     [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    names.resize(std::min<std::size_t>(names.size(), 4));
+    return names;
+}
+
 Found find(const std::string& name)
 {
     if (const auto config = userConfig())
@@ -175,13 +216,10 @@ Found find(const std::string& name)
     if (const auto space = ownConfig()->getColorSpace(name.c_str()))
         return {ownConfig(), space->getName(), Curve::Linear, false, space->isData()};
 
-    std::vector<std::string> names;
-    if (const auto config = userConfig())
-        for (int i = 0; i < config->getNumColorSpaces(); ++i) names.emplace_back(config->getColorSpaceNameByIndex(i));
-    for (const NamedSpace& space : ownColorspaces()) names.emplace_back(space.name);
-    names.insert(names.end(), {"ACEScct", "ACEScc"});
-    throw Error(ErrorCode::InvalidArgument, "colour space '{}' is not known; there are {}", name,
-                fmt::join(names, ", "));
+    const std::vector<std::string> names = allNames();
+    if (name == "list") throw Error(ErrorCode::InvalidArgument, "the colour spaces are {}", fmt::join(names, ", "));
+    throw Error(ErrorCode::InvalidArgument, "colour space '{}' is not known; near it are {}; 'list' names all {}", name,
+                fmt::join(nearestNames(name, names), ", "), names.size());
 }
 
 class IdentityTransform final : public ColorTransform {

@@ -44,7 +44,8 @@ const Primaries* findPrimaries(const float chromaticities[8]);
 /// Primaries of a space of ours; null for data and for spaces of $OCIO.
 const Primaries* primariesOf(const std::string& colorspace);
 
-/// The name as its configuration spells it. Throws Error(InvalidArgument) with the nearest names for an unknown one.
+/// The name as its configuration spells it. Throws Error(InvalidArgument) with the nearest names for an unknown one,
+/// with all names for "list".
 std::string resolveColorspace(const std::string& name);
 /// What $OCIO's file rules say of this file; empty if there is no $OCIO or only its default rule matches.
 std::string colorspaceFromFileRules(const std::string& path);

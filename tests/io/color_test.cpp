@@ -96,11 +96,18 @@ TEST(Color, WorkingSpaceIsLinearInThePlatesPrimaries)
     EXPECT_TRUE(makeColorTransform("ACEScg", "ACEScg")->isIdentity());
 }
 
-TEST(Color, AnUnknownSpaceIsNamedWithThoseThatThereAre)
+TEST(Color, AnUnknownSpaceIsNamedWithThoseNearIt)
 {
-    const std::string sentence = test::sentenceOf(ErrorCode::InvalidArgument, [] { resolveColorspace("sRBG"); });
-    EXPECT_SAYS(sentence, "'sRBG'");
-    EXPECT_SAYS(sentence, "Rec.2020 PQ");
+    const auto sentence = [](const char* name) {
+        return test::sentenceOf(ErrorCode::InvalidArgument, [&] { resolveColorspace(name); });
+    };
+    EXPECT_SAYS(sentence("sRBG"), "'sRBG' is not known; near it are sRGB, ");
+    EXPECT_SAYS(sentence("rec2020 pq"), "near it are Rec.2020 PQ, ");
+    EXPECT_SAYS(sentence("rec.7009"), "near it are Rec.709 camera, Rec.709 BT.1886, ");
+    EXPECT_SAYS(sentence("aces"), "near it are ACEScg, ACES2065-1, ACEScct, ACEScc;");
+    EXPECT_SAYS(sentence("no such thing"), "'list' names all");
+    EXPECT_LT(sentence("no such thing").size(), 200u);
+    for (const NamedSpace& space : ownColorspaces()) EXPECT_SAYS(sentence("list"), space.name);
 }
 
 }  // namespace
