@@ -22,7 +22,7 @@ VIRGA_FN Splash splashOf(float diameter, float age, uvec4 bits)
     float rise = 4.0f * age * (1.0f - age);
     splash.place = vec4(0.0f);
     splash.crown = vec4(diameter * (0.8f + 3.2f * sqrt(age)), 2.5f * vigour * diameter * rise,
-                        0.35f * (1.0f - age) * (1.0f - age), 0.1f * diameter);
+                        0.8f * (1.0f - age) * (1.0f - age), 0.1f * diameter);
     splash.look = vec4(float(bits.y % 6u), age, float(bits.z >> 8u), 1.0f);
     splash.light = vec4(1.0f, 0.0f, 0.0f, 0.0f);
     return splash;
