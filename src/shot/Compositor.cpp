@@ -226,7 +226,7 @@ void Compositor::Impl::uploadDepth(FrameNumber frame, const particles::Exposure&
     const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate);
     if (now == uploadedDepth) return;
     targets->uploadDepth(now->metres);
-    statistics.depthHoles = std::size_t(now->counts.filled);
+    statistics.depthCounts = now->counts;
     statistics.depthResampled = now->resampled;
     uploadedDepth = now;
 }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "camera/Camera.h"
+#include "depth/DepthImage.h"
 #include "io/Plate.h"
 #include "shot/FramePlan.h"
 #include "shot/Settings.h"
@@ -33,7 +34,7 @@ struct CompositorStatistics {
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
     std::size_t repairedPixels = 0;  ///< NaN, Inf or negative plate pixels that effects would have spread
-    std::size_t depthHoles = 0;      ///< depth pixels filled, last frame
+    depth::DepthCounts depthCounts;  ///< of the last depth image read
     bool depthResampled = false;
     int lightOrder = 0;
     double fogExtinction_1_m = 0;  ///< mean over the first 100 m

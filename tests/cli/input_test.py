@@ -163,10 +163,14 @@ class Depth(InputTest):
         self.assertFalse(self.rainShot("--depth", "depth.exr")["repaired"]["depth_resampled"])
 
     def test_holesAreCounted(self):
-        self.assertEqual(self.rainShot("--depth", "holes.exr")["repaired"]["depth_pixels"], 8 * WIDTH)
+        repaired = self.rainShot("--depth", "holes.exr")["repaired"]
+        self.assertEqual(repaired["depth_pixels"], 8 * WIDTH)
+        self.assertEqual(repaired["depth_nan"] + repaired["depth_non_positive"] + repaired["depth_no_value"], 8 * WIDTH)
 
     def test_allSky(self):
-        self.assertEqual(self.rainShot("--depth", "sky.exr")["repaired"]["depth_pixels"], 0)
+        repaired = self.rainShot("--depth", "sky.exr")["repaired"]
+        self.assertEqual(repaired["depth_pixels"], 0)
+        self.assertGreater(repaired["depth_infinite"], 0)
 
     def test_pictureInsteadOfDepth(self):
         run = self.succeeds("rain", "shot.%04d.exr", "-o", "out.%04d.exr", "--depth", "picture.jpg")
