@@ -7,6 +7,7 @@
 #include "Command.h"
 #include "Help.h"
 #include "core/Error.h"
+#include "core/Words.h"
 #include "shot/Parameters.h"
 
 namespace {
@@ -34,7 +35,7 @@ std::string suggestion(const CLI::App& command, int argc, char** argv)
         const bool isCommand = i == 1 && !word.starts_with("-");
         if ((!isFlag && !isCommand) || std::find(known.begin(), known.end(), word) != known.end()) continue;
         if (isCommand && command.get_parent() != nullptr) continue;
-        const std::string nearest = shot::nearestWord(word, known);
+        const std::string nearest = nearestWord(word, known);
         return fmt::format("'{}' is not a {} of 'virga{}{}'{}", word, isFlag ? "flag" : "command",
                            command.get_parent() ? " " : "", command.get_parent() ? command.get_name() : "",
                            nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));

@@ -7,10 +7,10 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
 #include <utility>
 
 #include "core/Error.h"
+#include "core/Words.h"
 
 namespace virga::io {
 
@@ -173,21 +173,6 @@ std::vector<std::string> allNames()
     for (const NamedSpace& space : ownColorspaces()) names.emplace_back(space.name);
     names.insert(names.end(), {"ACEScct", "ACEScc"});
     return names;
-}
-
-/// Letters to add, drop or exchange to make one word of the other (Levenshtein 1966).
-std::size_t editDistance(std::string_view a, std::string_view b)
-{
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t(0));
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = std::exchange(row[0], i);
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t kept = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = std::exchange(row[j], std::min({kept, row[j] + 1, row[j - 1] + 1}));
-        }
-    }
-    return row.back();
 }
 
 /// At most four, nearest first, whatever their case; the beginning of a name is compared as well as the whole.

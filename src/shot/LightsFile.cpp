@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "core/Error.h"
+#include "core/Words.h"
 #include "shot/Parameters.h"
 
 namespace virga::shot {

@@ -55,7 +55,4 @@ std::string rangeText(const Parameter& parameter);
 /// docs/parameters.md, whole.
 std::string parametersPage();
 
-/// The known word with the fewest changed letters, or empty if none is close.
-std::string nearestWord(std::string_view word, std::span<const std::string> known);
-
 }  // namespace virga::shot

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/Error.h"
+#include "core/Words.h"
 #include "io/AtomicFile.h"
 #include "shot/Parameters.h"
 

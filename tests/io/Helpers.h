@@ -12,6 +12,7 @@
 #include "core/Error.h"
 #include "core/Image.h"
 #include "io/Plate.h"
+#include "support/Files.h"
 
 namespace virga::io::test {
 
@@ -46,21 +47,7 @@ void expectSameFrames(const std::vector<std::pair<std::string, std::string>>& pa
 std::size_t copyPlate(const std::string& from, const std::string& to, const WriteOptions& write = {},
                       const ReadOptions& read = {}, const std::vector<FrameNumber>& frames = {});
 
-/// The sentence of the Error that `action` throws, with its code checked; "" (and a failed test) if it throws none.
-template <class Action>
-std::string sentenceOf(ErrorCode code, Action&& action)
-{
-    try {
-        action();
-    } catch (const Error& error) {
-        EXPECT_EQ(int(error.code()), int(code)) << error.what();
-        return error.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return {};
-}
-
-#define EXPECT_SAYS(sentence, words) EXPECT_NE((sentence).find(words), std::string::npos) << (sentence)
+using virga::test::sentenceOf;
 
 /// RGBA noise between `low` and `high` (alpha 0..1), the same for the same seed.
 ImageF noise(int width, int height, int channels, float low, float high, std::uint32_t seed = 1);

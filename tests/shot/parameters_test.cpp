@@ -213,16 +213,6 @@ TEST(Parameters, AMistypedNameGetsTheNearest)
     EXPECT_EQ(said.find("did you mean"), std::string::npos) << said;
 }
 
-TEST(Parameters, NearestWord)
-{
-    const std::vector<std::string> known = {"rain", "extract", "glass", "bench"};
-    EXPECT_EQ(nearestWord("rian", known), "rain");
-    EXPECT_EQ(nearestWord("extrct", known), "extract");
-    EXPECT_EQ(nearestWord("glass", known), "glass");
-    EXPECT_EQ(nearestWord("quaternion", known), "");
-    EXPECT_EQ(nearestWord("", std::vector<std::string>{}), "");
-}
-
 TEST(SettingsFiles, KeysStandInTheirGroupOrAtTheTop)
 {
     const TemporaryFolder folder;
