@@ -12,6 +12,12 @@
 
 namespace virga::cli {
 
+std::string fullName(const CLI::App& command)
+{
+    const CLI::App* const parent = command.get_parent();
+    return (parent != nullptr ? fullName(*parent) + " " : "") + command.get_name();
+}
+
 void addCommonFlags(CLI::App& command, CommonFlags& flags)
 {
     const char* const group = "Everywhere";

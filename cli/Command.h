@@ -7,6 +7,9 @@
 
 namespace virga::cli {
 
+/// "virga", "virga rain", "virga model shape".
+std::string fullName(const CLI::App& command);
+
 /// Flags that every command has.
 struct CommonFlags {
     bool quiet = false, verbose = false, json = false;
@@ -24,6 +27,8 @@ int runCommand(const CommonFlags& flags, const std::function<int(const CommonFla
 /// Registers a command; returns what to call when it was chosen.
 using Runner = std::function<int()>;
 Runner addRainCommand(CLI::App& app, CLI::App*& command);
+Runner addEnvCommand(CLI::App& app, CLI::App*& command);
+Runner addModelCommand(CLI::App& app, CLI::App*& command);
 Runner addInfoCommand(CLI::App& app, CLI::App*& command);
 
 }  // namespace virga::cli

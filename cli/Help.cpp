@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include "Command.h"
+
 namespace virga::cli {
 namespace {
 
@@ -69,13 +71,13 @@ class Pages : public CLI::Formatter {
     std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override
     {
         const bool isTop = app->get_parent() == nullptr;
-        const std::string name = isTop ? "virga" : "virga " + app->get_name();
+        const std::string name = fullName(*app);
         const auto positionals = app->get_options([](const CLI::Option* o) { return o->get_positional(); });
         const auto commands = app->get_subcommands([](const CLI::App*) { return true; });
         const std::size_t width = pageWidth();
 
         std::string page = (isTop ? "" : name + ": ") + app->get_description() + "\n\nUsage: " + name;
-        if (!commands.empty()) page += " COMMAND";
+        if (!commands.empty()) page += isTop ? " COMMAND" : " NAME";
         for (const CLI::Option* o : positionals) page += " " + o->get_name();
         for (const CLI::Option* o :
              app->get_options([](const CLI::Option* f) { return !f->get_positional() && f->get_required(); }))

@@ -1,12 +1,11 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cctype>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 
 #include "Command.h"
+#include "Interrupt.h"
 #include "ProgressBar.h"
 #include "core/Error.h"
 #include "core/Log.h"
@@ -16,15 +15,6 @@
 
 namespace virga::cli {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
-
-/// The first Ctrl-C lets the current frame finish and closes the movie; the second ends at once.
-void onInterrupt(int)
-{
-    if (interrupted != 0) _exit(exitCode(ErrorCode::Interrupted));
-    interrupted = 1;
-}
 
 struct RainArguments {
     CommonFlags common;
@@ -100,14 +90,13 @@ int rain(const RainArguments& arguments)
         shot::saveSettings(settings, arguments.saveSettings);
     }
 
-    std::signal(SIGINT, onInterrupt);
-    std::signal(SIGTERM, onInterrupt);
+    noteInterrupts();
     shot::RainReport report;
     {
         ProgressBar bar(arguments.common.quiet);
         report = shot::runRainJob(settings, job, [&](const shot::Progress& progress) {
             bar.show(progress);
-            return interrupted != 0 ? shot::Verdict::Stop : shot::Verdict::Continue;
+            return isInterrupted() ? shot::Verdict::Stop : shot::Verdict::Continue;
         });
     }
     const shot::CompositorStatistics& s = report.statistics;

@@ -14,31 +14,67 @@ namespace {
 
 using namespace virga;
 
-/// Long names of a command's flags, and the commands themselves for the top level.
+/// Every command, in the order of the help page.
+constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {cli::addRainCommand, cli::addEnvCommand,
+                                                                  cli::addModelCommand, cli::addInfoCommand};
+
+std::vector<std::string> subcommandNames(const CLI::App& command)
+{
+    std::vector<std::string> names;
+    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(sub->get_name());
+    return names;
+}
+
+/// Long names of a command's flags, and the commands below it.
 std::vector<std::string> knownWords(const CLI::App& command)
 {
-    std::vector<std::string> words;
+    std::vector<std::string> words = subcommandNames(command);
     for (const CLI::Option* option : command.get_options())
         for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
-    for (const CLI::App* sub : command.get_subcommands([](const CLI::App*) { return true; }))
-        words.push_back(sub->get_name());
     return words;
 }
 
-/// The word that the command line stumbled over and the nearest one that exists.
-std::string suggestion(const CLI::App& command, int argc, char** argv)
+/// "rain, model and info".
+std::string listed(const std::vector<std::string>& words)
 {
-    const std::vector<std::string> known = knownWords(command);
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
+    return text;
+}
+
+/// The command that the line names, `virga` itself if none; depth: how many words name it.
+const CLI::App& chosenCommand(const CLI::App& app, int argc, char** argv, int& depth)
+{
+    const CLI::App* command = &app;
+    for (depth = 0; depth + 1 < argc; ++depth) {
+        const auto named = [&](const CLI::App* sub) { return sub->get_name() == argv[depth + 1]; };
+        const std::vector<const CLI::App*> subs = command->get_subcommands(named);
+        if (subs.empty()) break;
+        command = subs.front();
+    }
+    return *command;
+}
+
+/// The word that the command line stumbled over and the nearest one that exists.
+std::string suggestion(const CLI::App& command, int depth, int argc, char** argv)
+{
+    const std::vector<std::string> known = knownWords(command), commands = subcommandNames(command);
     for (int i = 1; i < argc; ++i) {
         const std::string word = std::string(argv[i]).substr(0, std::string(argv[i]).find('='));
         const bool isFlag = word.starts_with("--");
-        const bool isCommand = i == 1 && !word.starts_with("-");
+        const bool isCommand = i == depth + 1 && !word.starts_with("-") && !commands.empty();
         if ((!isFlag && !isCommand) || std::find(known.begin(), known.end(), word) != known.end()) continue;
-        if (isCommand && command.get_parent() != nullptr) continue;
         const std::string nearest = nearestWord(word, known);
-        return fmt::format("'{}' is not a {} of 'virga{}{}'{}", word, isFlag ? "flag" : "command",
-                           command.get_parent() ? " " : "", command.get_parent() ? command.get_name() : "",
-                           nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));
+        return fmt::format("'{}' is not a {} of '{}'{}", word,
+                           isFlag       ? "flag"
+                           : depth == 0 ? "command"
+                                        : "model",
+                           cli::fullName(command),
+                           !nearest.empty() ? fmt::format("; did you mean '{}'?", nearest)
+                           : isCommand      ? fmt::format("; there are {}", listed(commands))
+                                            : "");
     }
     return {};
 }
@@ -50,14 +86,16 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& command)
     const std::string option = text.substr(0, text.find(':'));
     const std::string rest = text.substr(std::min(text.find(": ") + 2, text.size()));
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
-        return command.get_parent() == nullptr ? "no command is given; there are rain and info" : text;
+        return command.get_parent() == nullptr
+                   ? fmt::format("no command is given; there are {}", listed(subcommandNames(command)))
+                   : text;
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
         if (text.ends_with("missing")) return fmt::format("{} needs a value", option);
         if (text.find("At Most") != std::string::npos) return fmt::format("{} is given more than once", option);
         return text;
     }
     if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
-        if (rest.starts_with('-')) return fmt::format("'{}' is not a flag of 'virga {}'", rest, command.get_name());
+        if (rest.starts_with('-')) return fmt::format("'{}' is not a flag of '{}'", rest, cli::fullName(command));
         return fmt::format("'{}' is one argument too many", rest);
     }
     // A check of ours: "--device: 'foo': must be ...".
@@ -74,22 +112,24 @@ int main(int argc, char** argv)
     app.require_subcommand(1);
     app.set_help_flag("-h,--help", "this page; 'virga COMMAND --help' has the flags of a command");
     cli::useHelpPages(app);
-    std::vector<std::pair<CLI::App*, cli::Runner>> commands(2);
-    commands[0].second = cli::addRainCommand(app, commands[0].first);
-    commands[1].second = cli::addInfoCommand(app, commands[1].first);
+    std::vector<std::pair<CLI::App*, cli::Runner>> commands;
+    for (const auto add : commandTable) {
+        CLI::App* command = nullptr;
+        cli::Runner runner = add(app, command);
+        commands.emplace_back(command, std::move(runner));
+    }
 
-    const CLI::App* chosen = &app;
-    for (const auto& [command, runner] : commands)
-        if (argc > 1 && command->get_name() == argv[1]) chosen = command;
+    int depth = 0;
+    const CLI::App& chosen = chosenCommand(app, argc, argv, depth);
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& asked) {  // --help, --version
         return app.exit(asked);
     } catch (const CLI::ParseError& error) {
-        std::string sentence = suggestion(*chosen, argc, argv);
-        if (sentence.empty()) sentence = complaint(error, *chosen);
-        std::fprintf(stderr, "virga: %s (virga%s%s --help lists everything)\n", sentence.c_str(),
-                     chosen == &app ? "" : " ", chosen == &app ? "" : chosen->get_name().c_str());
+        std::string sentence = suggestion(chosen, depth, argc, argv);
+        if (sentence.empty()) sentence = complaint(error, chosen);
+        std::fprintf(stderr, "virga: %s (%s --help lists everything)\n", sentence.c_str(),
+                     cli::fullName(chosen).c_str());
         return exitCode(ErrorCode::InvalidArgument);
     }
     for (const auto& [command, runner] : commands)

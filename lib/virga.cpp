@@ -26,7 +26,7 @@ struct virga_shot {
     shot::Settings settings;
     shot::Shot shot;
     std::string device = "auto";
-    std::vector<ImageF> plateSamples;
+    shot::PlateSamples plateSamples;
     bool wantsLayers = false;
     std::string text;  // what virga_shot_get last gave out
 
@@ -148,7 +148,7 @@ const Table& table()
 /// On the shot's thread: a compositor for the settings as they are now.
 void makeCompositor(virga_shot& s)
 {
-    if (!s.settings.gradeFrom.empty() && s.settings.gradeAmount > 0 && s.plateSamples.empty())
+    if (!s.settings.gradeFrom.empty() && s.settings.gradeAmount > 0 && s.plateSamples.forGrade.empty())
         throw Error(ErrorCode::InvalidArgument,
                     "grade-from '{}': needs frames of the plate to compare with "
                     "(virga_shot_add_plate_sample)",
@@ -244,7 +244,7 @@ virga_error virga_shot_add_plate_sample(virga_shot* shot, const float* plate, pt
     return guarded([&] {
         needs(shot, "shot");
         const std::lock_guard turn(shot->turn);
-        shot->plateSamples.push_back(copyIn({plate, plate_stride, shot->shot, "plate"}, shot->shot));
+        shot->plateSamples.forGrade.push_back(copyIn({plate, plate_stride, shot->shot, "plate"}, shot->shot));
         shot->forgetCompositor();
     });
 }

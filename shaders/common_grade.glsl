@@ -14,13 +14,27 @@ vec3 decodeFromLut(vec3 e)
     return mix(delta * (exp2(e * whole) - 1.0), e * whole * delta * 0.69314718056, lessThan(e, vec3(0.0)));
 }
 
+/// Trilinear by hand: many devices filter with weights of 8 bits, which is a step of the picture's code values.
+vec3 lutShift(vec3 place)
+{
+    ivec3 node = min(ivec3(place), ivec3(int(frame.lut.z) - 2));
+    vec3 t = place - vec3(node);
+    vec3 shift = vec3(0.0);
+    for (int corner = 0; corner < 8; ++corner) {
+        ivec3 offset = ivec3(corner & 1, (corner >> 1) & 1, corner >> 2);
+        vec3 weight = mix(vec3(1.0) - t, t, vec3(offset));
+        shift += weight.x * weight.y * weight.z * texelFetch(transferLut, node + offset, 0).rgb;
+    }
+    return shift;
+}
+
 /// Pitie et al. 2005, baked: twin of grade::apply. Works on colours that are not premultiplied.
 vec4 transferColor(vec4 color)
 {
     float alpha = color.a > 0.0 ? color.a : 1.0;
     vec3 encoded = encodeForLut(color.rgb / alpha);
-    vec3 place = (clamp(encoded, 0.0, 1.0) * (frame.lut.z - 1.0) + 0.5) / frame.lut.z;
-    return vec4(decodeFromLut(encoded + textureLod(transferLut, place, 0.0).rgb) * alpha, color.a);
+    vec3 shift = lutShift(clamp(encoded, 0.0, 1.0) * (frame.lut.z - 1.0));
+    return vec4(decodeFromLut(encoded + shift) * alpha, color.a);
 }
 #endif
 

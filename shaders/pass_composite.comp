@@ -60,7 +60,7 @@ void main()
     vec4 result = background;
 
 #if defined(RAIN) || defined(SPLASHES) || defined(FOG)
-    vec2 place = ((vec2(pixel) + 0.5) / float(lightGridStep) + 0.5) / vec2(textureSize(lightGrid, 0));
+    vec2 place = ((vec2(pixel) + 0.5) / float(frame.lights.y) + 0.5) / vec2(textureSize(lightGrid, 0));
     vec3 drop = textureLod(lightGrid, place, 0.0).rgb;
 #if defined(BOOST) || defined(FOG)
     vec3 behind = textureLod(lowPassGrid, place, 0.0).rgb;

@@ -3,9 +3,6 @@
 /// Entries of the fog table: optical depth at depths d with d / (d + scale) = 0, 1/255, ... 1.
 const int fogTableSize = 256;
 
-/// Pixels from one node of the light grid to the next (pass_light.comp).
-const int lightGridStep = 16;
-
 struct FrameConstants {
     mat4 cameraFromWorldOpen;   // rotation alone; places are given from the camera
     mat4 cameraFromWorldClose;
@@ -23,7 +20,7 @@ struct FrameConstants {
     uvec4 splashKey;  // x: seed; y, z: coarsest cell that the camera is in; w: most splashes a picture may list
     uvec4 splashTime; // x: time slot; y: subdivisions of the coarsest cell, log2; z, w: -
     vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]
-    uvec4 lights;     // x: number of lamps; y, z, w: -
+    uvec4 lights;     // x: number of lamps; y: pixels from one node of the light grid to the next (FrameTargets sets it); z, w: -
     vec4 medium;      // x: extinction of the air around lamps [1/m]; y, z, w: -
     vec4 lut;         // x: delta, y: maximum of the colour transfer's encoding; z: nodes a side; w: -
 };

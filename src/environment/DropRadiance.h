@@ -9,19 +9,23 @@
 //
 //   paper: C = radiance(v) + c B, c = 0.7. Wang et al. 2006, Eq. (2): order 3, unpolarised, nine terms, one index.
 //
-// Bright small lights ring in low orders. What rises over 8 times the mean (the mean itself with its lights cut off so)
-// is taken out of the environment, gathered into at most 64 directions and put through D itself, averaged over the
-// extent of light and map pixel; the result is added to the same map.
+// Bright small lights ring in low orders. What rises over 8 times the mean is taken out of the environment
+// (EnvironmentLights.h) and put through D itself, averaged over the extent of light and map pixel (LightLobes.h); the
+// result is added to the same map. Where the split lies does not show: both ways are right to the tolerance.
 #pragma once
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "core/Image.h"
+#include "environment/EnvironmentLights.h"
+#include "environment/LightLobes.h"
 #include "environment/Panorama.h"
 #include "optics/DropTransfer.h"
 #include "sh/Harmonics.h"
+#include "sh/Panorama.h"
 
 namespace virga::environment {
 
@@ -35,31 +39,28 @@ struct DropRadianceOptions {
     int order = autoOrder;
     static constexpr int plateOrder = 12;
 
-    /// For autoOrder: root mean square over all directions of what is left out, over the mean radiance.
+    /// Root mean square over all directions of what may be left out, over the mean radiance. For autoOrder, and for the
+    /// extents of lights.
     double tolerance = 0.005;
 
     bool paper = false;  ///< Wang et al.'s own arithmetic: order 3 unless `order` says otherwise, no lights taken out
     bool lights = true;  ///< take bright small lights out of the harmonics; costs 0.1 s when the baker is made
+    double lightThreshold = 8;  ///< see TakeLightsOptions; over 1
     std::array<double, 3> index{optics::waterIndex[0], optics::waterIndex[1], optics::waterIndex[2]};
-};
-
-/// A light that was taken out of the environment.
-struct Light {
-    glm::dvec3 direction;  ///< from the drop, unit vector
-    glm::dvec3 energy;     ///< radiance times solid angle
-    double radius;         ///< [rad], root mean square extent
 };
 
 /// Maps for the shader, and what they were made from. Sample both with wrap in x, clamp in y, bilinear, no mipmaps;
 /// place of a world direction as in sh::panoramaPlace().
 struct DropRadiance {
     ImageF radiance;    ///< RGB, >= 0 (but in paper mode as the harmonics have it)
-    ImageF background;  ///< RGB, >= 0, the environment itself (without the lights) low-passed to the same order, by a
-                        ///< Gaussian window over the bands, as a sharp cut rings
+    ImageF background;  ///< RGB, >= 0, of a size of its own: the environment itself (without the lights) low-passed to
+                        ///< the same order, by a Gaussian window over the bands, as a sharp cut rings
     bool paper = false;
 
     int order = 0;
-    double remainder = 0;  ///< bound of the root mean square left out by the order, over the mean radiance
+    /// Root mean square error over the mean radiance: of the order, bounded by the energy of the bands left out, and of
+    /// the lights' extents, estimated (EnvironmentLights.h).
+    double remainder = 0;
     std::vector<Light> lights;
     sh::Harmonics response;  ///< the harmonic part of `radiance`
 };
@@ -74,19 +75,17 @@ public:
     DropRadiance bake(const Panorama& panorama) const;
 
     /// L(v) without the maps' pixels: harmonics summed in double precision, lights through D averaged over their own
-    /// extent (at least 1/8 degree) alone. What tests and the reference renderer compare the maps with.
+    /// extent (at least 1/8 degree to either side) alone. What tests and the reference renderer compare the maps with.
     glm::dvec3 exactly(const DropRadiance& radiance, const glm::dvec3& direction) const;
 
     const DropRadianceOptions& options() const { return options_; }
 
 private:
     DropRadianceOptions options_;
-    std::vector<double> factor_[3];           // f_l for R, G, B
-    std::vector<optics::RingTransfer> ring_;  // for R, G, B, if lights are taken out
+    std::vector<double> factor_[3];    // f_l for R, G, B
+    std::optional<LightLobes> lobes_;  // if lights are taken out
 };
 
-/// The map's value along `direction` exactly as GL samples it: texel centres at half integers, GL_REPEAT in x,
-/// GL_CLAMP_TO_EDGE in y, GL_LINEAR.
-glm::dvec3 sampleMap(ConstImageViewF map, const glm::dvec3& direction);
+using sh::sampleMap;  ///< how the shader looks the maps up
 
 }  // namespace virga::environment

@@ -23,6 +23,8 @@ std::uint32_t bigEndian(const std::uint8_t* b)
     return std::uint32_t(b[0]) << 24 | std::uint32_t(b[1]) << 16 | std::uint32_t(b[2]) << 8 | b[3];
 }
 
+constexpr std::array<std::uint8_t, 8> pngSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+
 }  // namespace
 
 std::optional<std::string> damageOfPng(const std::string& path)
@@ -33,7 +35,6 @@ std::optional<std::string> damageOfPng(const std::string& path)
     const auto read = [&](std::uint8_t* to, std::size_t size) {
         return bool(file.read(reinterpret_cast<char*>(to), std::streamsize(size)));
     };
-    static constexpr std::array<std::uint8_t, 8> pngSignature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
     std::array<std::uint8_t, 8> signature{};
     if (!read(signature.data(), signature.size()) || signature != pngSignature) return std::nullopt;
 
@@ -61,6 +62,25 @@ std::optional<std::string> damageOfPng(const std::string& path)
             return fmt::format("the checksum of a chunk {} is wrong", type);
         if (type == "IEND") return std::nullopt;
     }
+}
+
+bool isPngWithoutColorspace(const std::string& path)
+{
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path, error)) return false;
+    std::ifstream file(path, std::ios::binary);
+    std::array<std::uint8_t, 8> head{};  // the signature, then length and type of each chunk
+    const auto read = [&] { return bool(file.read(reinterpret_cast<char*>(head.data()), head.size())); };
+    if (!read() || head != pngSignature) return false;
+    while (read()) {
+        const std::string type(reinterpret_cast<const char*>(head.data()) + 4, 4);
+        if (type == "IDAT") return true;
+        for (const char* word : {"sRGB", "gAMA", "cHRM", "iCCP", "cICP"}) {
+            if (type == word) return false;
+        }
+        file.seekg(std::streamoff(bigEndian(head.data())) + 4, std::ios::cur);
+    }
+    return false;
 }
 
 }  // namespace virga::io

@@ -60,17 +60,22 @@ DropShape::DropShape(double equivolumeRadius) noexcept : radius_(std::max(equivo
     scale_ = 1.0 / std::cbrt(relative);
     volume_ = 4.0 / 3.0 * pi * radius_ * radius_ * radius_;
 
-    // Extremes of r sin and r cos: a scan, then the parabola through the best three.
+    // Extremes of r sin and r cos: a scan, then parabolas through three values, the second on a spot of its own.
     constexpr int steps = 720;
     const auto extreme = [this](auto&& value) {
         int best = 0;
         for (int i = 1; i <= steps; ++i) {
             if (value(pi * i / steps) > value(pi * best / steps)) best = i;
         }
-        const double h = pi / steps, at = h * best;
-        const double before = value(at - h), here = value(at), after = value(at + h);
-        const double curvature = before - 2.0 * here + after;
-        return curvature < 0.0 ? here - (after - before) * (after - before) / (8.0 * curvature) : here;
+        double at = pi * best / steps, greatest = value(at);
+        for (const double h : {pi / steps, 1e-4}) {
+            const double before = value(at - h), here = value(at), after = value(at + h);
+            const double curvature = before - 2.0 * here + after;
+            if (!(curvature < 0.0)) break;
+            greatest = here - (after - before) * (after - before) / (8.0 * curvature);
+            at -= 0.5 * h * (after - before) / curvature;
+        }
+        return greatest;
     };
     width_ = 2.0 * extreme([this](double theta) { return radius(theta) * std::sin(theta); });
     height_ = extreme([this](double theta) { return radius(theta) * std::cos(theta); }) +

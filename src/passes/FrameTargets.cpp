@@ -1,6 +1,7 @@
 #include "passes/FrameTargets.h"
 
 #include <cassert>
+#include <glm/gtc/constants.hpp>
 #include <glm/packing.hpp>
 #include <limits>
 
@@ -19,7 +20,7 @@ gl::Texture equirectangularTexture(ConstImageViewF map)
 {
     assert(map.channels() == 3);
     gl::Texture texture = gl::Texture::make2D(GL_RGB32F, map.width(), map.height());
-    texture.setWrap(GL_REPEAT, GL_CLAMP_TO_EDGE);
+    texture.setFilter(GL_NEAREST);  // see common_environment.glsl
     texture.upload(GL_RGB, GL_FLOAT, map.data());
     return texture;
 }
@@ -42,14 +43,10 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
     if (features.rain) accumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.splashes) splashAccumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.depth) depth_ = pictureTexture(GL_R32F, width, height);
+    if (features.light()) makeLightGrid(16);
     if (features.blur) {
         blurA = pictureTexture(GL_RGBA32F, width, height);
         blurB = pictureTexture(GL_RGBA32F, width, height);
-    }
-    if (features.light()) {
-        const int columns = width / shared::lightGridStep + 2, rows = height / shared::lightGridStep + 2;
-        lightGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
-        if (features.lowPass()) lowPassGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
     }
     if (features.layers) layers_ = gl::Buffer(4 * pixels * 4 * sizeof(float), 0);
     if (features.nearest) {
@@ -67,7 +64,29 @@ std::size_t FrameTargets::accumulatorBytes() const
 
 void FrameTargets::setConstants(const shared::FrameConstants& constants)
 {
-    constants_.upload(&constants, sizeof constants);
+    const std::uint32_t step = frame_.lights.y;
+    frame_ = constants;
+    frame_.lights.y = step;
+    fitLightGrid();
+    constants_.upload(&frame_, sizeof frame_);
+}
+
+void FrameTargets::fitLightGrid()
+{
+    constexpr int coarsest = 16, finest = 4;
+    if (!dropRadiance_ || !(frame_.lens.x > 0)) return;
+    const float mapPixel = 2 * glm::pi<float>() / float(dropRadiance_.width());  // [rad]
+    int step = coarsest;
+    while (step > finest && float(step) / frame_.lens.x > mapPixel) step /= 2;
+    if (step != lightGridStep()) makeLightGrid(step);
+}
+
+void FrameTargets::makeLightGrid(int step)
+{
+    frame_.lights.y = std::uint32_t(step);
+    const int columns = width_ / step + 2, rows = height_ / step + 2;
+    lightGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
+    if (features_.lowPass()) lowPassGrid = gl::Texture::make2D(GL_RGBA32F, columns, rows);
 }
 
 void FrameTargets::uploadPlate(ConstImageViewF rgba)
@@ -92,6 +111,7 @@ void FrameTargets::uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF 
 {
     dropRadiance_ = equirectangularTexture(radiance);
     if (features_.lowPass()) lowPass_ = equirectangularTexture(lowPassBackground);
+    setConstants(frame_);  // the grid may need another step
 }
 
 void FrameTargets::uploadRingTransfer(const std::vector<float>& ringTransfer)

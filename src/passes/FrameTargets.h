@@ -72,7 +72,7 @@ public:
     int width() const { return width_; }
     int height() const { return height_; }
 
-    void setConstants(const shared::FrameConstants& constants);
+    void setConstants(const shared::FrameConstants& constants);   ///< but for the light grid's step
     void uploadPlate(ConstImageViewF rgba);                       ///< width x height x 4
     void uploadDepth(ConstImageViewF depth);                      ///< width x height x 1 [m], +inf sky
     void uploadFogTable(const std::vector<float>& opticalDepth);  ///< at places 0..1, see fogTablePlace()
@@ -95,14 +95,22 @@ public:
     /// The texture that the composite takes for the plate: the plate, or what the blur made of it.
     gl::Texture plate, blurA, blurB;
     gl::Texture lightGrid, lowPassGrid;  ///< see pass_light.comp
+
+    /// Pixels from one node of the light grid to the next: 16, 8 or 4, the first in which the radiance map moves on by
+    /// no more than a pixel of its own. Maps of smooth light are coarse and so are their grids; a sun's rainbow has a
+    /// fine map and asks for a fine grid.
+    int lightGridStep() const { return int(frame_.lights.y); }
     gl::Buffer nearestDepth, nearestMotion;
 
 private:
     std::size_t accumulatorBytes() const;
+    void fitLightGrid();
+    void makeLightGrid(int step);
     ImageF readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const;
 
     Features features_;
     int width_, height_;
+    shared::FrameConstants frame_{};
     gl::Buffer constants_, accumulators_, splashAccumulators_, beauty_, layers_, lights_;
     gl::Texture depth_, fogTable_, dropRadiance_, lowPass_, lut_, ringTransfer_;
 };

@@ -1,5 +1,7 @@
 #include "passes/LightPass.h"
 
+#include <glm/gtc/type_ptr.hpp>
+
 namespace virga::passes {
 
 LightPass::LightPass(const Features& features, const std::string& shaderFolder)
@@ -7,8 +9,10 @@ LightPass::LightPass(const Features& features, const std::string& shaderFolder)
 {
 }
 
-void LightPass::run(const FrameTargets& targets) const
+void LightPass::run(const FrameTargets& targets, const glm::mat3& environmentFromWorld) const
 {
+    constexpr GLint rotationLocation = 0;
+    glProgramUniformMatrix3fv(program_.name(), rotationLocation, 1, GL_FALSE, glm::value_ptr(environmentFromWorld));
     targets.bindLightMaps();
     targets.lightGrid.bindImage(0, GL_WRITE_ONLY);
     if (targets.lowPassGrid) targets.lowPassGrid.bindImage(1, GL_WRITE_ONLY);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <glm/mat3x3.hpp>
+
 #include "passes/FrameTargets.h"
 
 namespace virga::passes {
@@ -8,7 +10,10 @@ namespace virga::passes {
 class LightPass {
 public:
     LightPass(const Features& features, const std::string& shaderFolder = {});
-    void run(const FrameTargets& targets) const;
+
+    /// environmentFromWorld  a rotation: the maps' direction of a direction in the world. An environment turns without
+    ///                       being baked again
+    void run(const FrameTargets& targets, const glm::mat3& environmentFromWorld = glm::mat3(1.0f)) const;
 
 private:
     gl::Program program_;

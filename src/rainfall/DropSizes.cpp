@@ -71,6 +71,14 @@ DropSizes::DropSizes(double rate_mm_h, double sizeMultiplier)
     largestDiameter_ *= sizeMultiplier;
 }
 
+DropSizes DropSizes::marshallPalmer(double rate_mm_h)
+{
+    DropSizes sizes(rate_mm_h);
+    sizes.largestDiameter_ = 60.0 / sizes.slope_;
+    if (!sizes.empty()) sizes.intercept_ = 8e6;
+    return sizes;
+}
+
 double DropSizes::density(double diameter) const
 {
     if (!(diameter >= 0.0 && diameter <= largestDiameter_)) return 0.0;
@@ -103,6 +111,18 @@ double DropSizes::sampleDiameter(double u, double d0, double d1) const
     if (!(d0 < d1)) return d0;
     const double share = -std::expm1(-slope_ * (d1 - d0));
     return std::clamp(d0 - std::log1p(-u * share) / slope_, d0, d1);
+}
+
+double DropSizes::medianVolumeDiameter() const
+{
+    const double half = 0.5 * moment(3);
+    double low = 0.0, high = largestDiameter_;
+    if (empty()) return low;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        (moment(3, 0.0, middle) < half ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
 }
 
 double DropSizes::liquidWater(double d0, double d1) const { return waterDensity * pi / 6.0 * moment(3, d0, d1); }

@@ -29,6 +29,11 @@ public:
     /// Throws Error(InvalidArgument) for anything else.
     explicit DropSizes(double rate_mm_h, double sizeMultiplier = 1.0);
 
+    /// Marshall and Palmer's law as they wrote it: N0 = 8000 /(m^3 mm), and diameters without end (up to 60 / Lambda,
+    /// beyond which nothing is left in double precision), so that moments are k! N0 / Lambda^(k+1). For comparison:
+    /// impliedRate_mm_h() is not rate_mm_h(). Throws as above.
+    static DropSizes marshallPalmer(double rate_mm_h);
+
     double rate_mm_h() const { return rate_; }
     double sizeMultiplier() const { return sizeMultiplier_; }
     bool empty() const { return intercept_ == 0.0; }
@@ -49,6 +54,9 @@ public:
     /// The diameter [m] under which a share `u` of the drops in [d0, d1] lies: the inverse of the distribution function
     /// of the truncated exponential. u in [0, 1] gives [d0, d1]. d0 for an empty interval.
     double sampleDiameter(double u, double d0 = 0.0, double d1 = infinity) const;
+
+    /// Half of the water is in drops under this diameter [m]; 3.672 / Lambda where no diameter is cut off. 0: no rain.
+    double medianVolumeDiameter() const;
 
     /// Mass of water per volume of air [kg/m^3].
     double liquidWater(double d0 = 0.0, double d1 = infinity) const;

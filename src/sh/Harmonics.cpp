@@ -1,15 +1,16 @@
 #include "sh/Harmonics.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <complex>
 #include <glm/geometric.hpp>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 
 #include "core/Error.h"
 #include "core/Parallel.h"
+#include "sh/RowTransform.h"
 
 namespace virga::sh {
 namespace {
@@ -36,17 +37,63 @@ struct Step {
     }
 };
 
-/// Sines and cosines of the rows' centres.
+/// Angles at which Legendre functions are worked out: `perRow` to a row of the map, with the weights that make of them
+/// the row's part of an integral over cos t.
 struct Rows {
-    std::vector<double> sine, cosine;
+    int perRow;
+    std::vector<double> sine, cosine, weight;
 
-    explicit Rows(int height) : sine(std::size_t(height)), cosine(std::size_t(height))
+    /// The rows' centres, with the weights of rowWeights().
+    explicit Rows(int height) : perRow(1), weight(rowWeights(height))
     {
+        for (int j = 0; j < height; ++j) add((j + 0.5) / height * pi);
+    }
+
+    /// Gauss-Legendre nodes within each row, as many as integrate P_lm sin t to rounding for l <= order.
+    Rows(int height, int order)
+    {
+        // The integrand holds no waves faster than order + 1: over half a row they turn by this much.
+        const double turn = 0.5 * pi / height * (order + 1);
+        perRow = turn < 0.02 ? 3 : turn < 0.15 ? 4 : turn < 1.0 ? 8 : 9 + int(turn);
+        const auto [node, share] = gaussLegendre(perRow);
         for (int j = 0; j < height; ++j) {
-            const double t = (j + 0.5) / height * pi;
-            sine[std::size_t(j)] = std::sin(t);
-            cosine[std::size_t(j)] = std::cos(t);
+            for (int k = 0; k < perRow; ++k) {
+                add((j + 0.5 + 0.5 * node[std::size_t(k)]) / height * pi);
+                weight.push_back(0.5 * pi / height * share[std::size_t(k)] * sine.back());
+            }
         }
+    }
+
+private:
+    void add(double t)
+    {
+        sine.push_back(std::sin(t));
+        cosine.push_back(std::cos(t));
+    }
+
+    struct Rule {
+        std::vector<double> node, weight;
+    };
+    /// On [-1, 1]: Newton's method on P_n, from Abramowitz & Stegun 22.16.6.
+    static Rule gaussLegendre(int n)
+    {
+        Rule rule;
+        for (int i = 0; i < n; ++i) {
+            double x = std::cos(pi * (i + 0.75) / (n + 0.5)), slope = 1.0;
+            for (int step = 0; step < 10; ++step) {
+                double before = 0.0, here = 1.0;
+                for (int k = 1; k <= n; ++k) {
+                    const double next = ((2 * k - 1) * x * here - (k - 1) * before) / k;
+                    before = here;
+                    here = next;
+                }
+                slope = n * (x * here - before) / (x * x - 1.0);
+                x -= here / slope;
+            }
+            rule.node.push_back(x);
+            rule.weight.push_back(2.0 / ((1.0 - x * x) * slope * slope));
+        }
+        return rule;
     }
 };
 
@@ -84,6 +131,19 @@ private:
     std::size_t height_;
     std::vector<double> values_;
 };
+
+/// Calls visit(firstRow, rows) for blocks that RowTransform takes at once.
+template <class Visit>
+void forEachBlock(int height, int width, Visit&& visit)
+{
+    constexpr int step = RowTransform::rowsAtOnce;
+    parallelFor(0, (height + step - 1) / step, std::max(1, 8192 / width),
+                [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+                    for (int block = int(first); block < int(last); ++block) {
+                        visit(block * step, std::min(step, height - block * step));
+                    }
+                });
+}
 
 void checkOrder(int order)
 {
@@ -142,34 +202,31 @@ std::vector<double> rowWeights(int height)
     return weight;
 }
 
-Harmonics projectPanorama(ConstImageViewF map, int order)
+Harmonics projectPanorama(ConstImageViewF map, int order, PixelValue pixels)
 {
     checkOrder(order);
     assert(map.channels() >= 3);
     const int width = map.width(), height = map.height();
-    if (2 * order >= std::min(width, height)) {
+    if (pixels == PixelValue::Sample && 2 * order >= std::min(width, height)) {
         throw Error(ErrorCode::InvalidArgument,
                     "spherical harmonics of order {} from a map of {} x {} pixels: it holds order {} at most", order,
                     width, height, (std::min(width, height) - 1) / 2);
     }
 
-    // Along the rows: integrals of f cos(m p) and f sin(m p), p = -azimuth of the column.
+    // Along the rows: integrals of f cos(m p) and f sin(m p).
     RowSpectra spectra(order, height);
-    parallelFor(0, height, std::max(1, 65536 / std::max(width, 1)), [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        Eigen::FFT<double> fft;
-        std::vector<double> samples(static_cast<std::size_t>(width));
-        std::vector<Complex> spectrum;
-        for (std::ptrdiff_t j = first; j < last; ++j) {
-            const float* row = map.row(int(j));
-            for (int channel = 0; channel < 3; ++channel) {
-                for (int i = 0; i < width; ++i) samples[std::size_t(i)] = row[i * map.channels() + channel];
-                fft.fwd(spectrum, samples);
-                for (int m = 0; m <= order; ++m) {
-                    // Columns sit at azimuth 2 pi (i + 1/2) / W - pi.
-                    const Complex phase = std::polar(2.0 * pi / width, m * (pi - pi / width));
-                    const Complex integral = phase * spectrum[std::size_t(m) % spectrum.size()];
-                    spectra.cosine(m, channel)[j] = integral.real();
-                    spectra.sine(m, channel)[j] = integral.imag();
+    const RowTransform transform(order, width);
+    forEachBlock(height, width, [&](int first, int rows) {
+        const RowTransform::Sums sums = transform.forward(map, first, rows);
+        for (int m = 0; m <= order; ++m) {
+            // Over a pixel's width cos(m p) has the mean sin(x) / x of its middle, x = m pi / width.
+            const double x = m * pi / width;
+            const double mean = pixels == PixelValue::Mean && m > 0 ? std::sin(x) / x : 1.0;
+            const double scale = 2.0 * pi / width * mean * (m == 0 ? 1.0 : std::numbers::sqrt2);
+            for (int row = 0; row < rows; ++row) {
+                for (int channel = 0; channel < 3; ++channel) {
+                    spectra.cosine(m, channel)[first + row] = scale * sums.cosine[sums.at(m, row, channel)];
+                    spectra.sine(m, channel)[first + row] = scale * sums.sine[sums.at(m, row, channel)];
                 }
             }
         }
@@ -177,24 +234,19 @@ Harmonics projectPanorama(ConstImageViewF map, int order)
 
     // Down the columns, one m at a time.
     Harmonics result(order);
-    const Rows rows(height);
-    const std::vector<double> weight = rowWeights(height);
-    parallelFor(0, order + 1, 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    const Rows rows = pixels == PixelValue::Mean ? Rows(height, order) : Rows(height);
+    parallelFor(0, order + 1, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        Eigen::VectorXd weighted(height);
         for (int m = int(first); m < int(last); ++m) {
-            const double norm = m == 0 ? 1.0 : std::numbers::sqrt2;
-            double* part[6];
-            for (int channel = 0; channel < 3; ++channel) {
-                part[channel] = spectra.cosine(m, channel);
-                part[channel + 3] = spectra.sine(m, channel);
-            }
-            for (double* values : part) {
-                for (int j = 0; j < height; ++j) values[j] *= norm * weight[std::size_t(j)];
-            }
+            const Eigen::Map<const Eigen::MatrixXd> parts(spectra.cosine(m, 0), height, 6);
             forEachDegree(m, order, rows, [&](int l, const std::vector<double>& legendre) {
-                double sum[6] = {};
+                const double *value = legendre.data(), *weight = rows.weight.data();
                 for (int j = 0; j < height; ++j) {
-                    for (int k = 0; k < 6; ++k) sum[k] += legendre[std::size_t(j)] * part[k][j];
+                    double sum = 0.0;
+                    for (int k = 0; k < rows.perRow; ++k) sum += *weight++ * *value++;
+                    weighted[j] = sum;
                 }
+                const Eigen::Vector<double, 6> sum = parts.transpose() * weighted;
                 result.coefficient[coefficientIndex(l, m)] = {sum[0], sum[1], sum[2]};
                 if (m > 0) result.coefficient[coefficientIndex(l, -m)] = {sum[3], sum[4], sum[5]};
             });
@@ -236,42 +288,35 @@ ImageF bakePanorama(const Harmonics& harmonics, int width, int height)
 
     RowSpectra spectra(order, height);
     const Rows rows(height);
-    parallelFor(0, order + 1, 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    parallelFor(0, order + 1, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (int m = int(first); m < int(last); ++m) {
             const double norm = m == 0 ? 1.0 : std::numbers::sqrt2;
+            Eigen::Map<Eigen::MatrixXd> parts(spectra.cosine(m, 0), height, 6);
             forEachDegree(m, order, rows, [&](int l, const std::vector<double>& legendre) {
                 const glm::dvec3 cosine = norm * harmonics.coefficient[coefficientIndex(l, m)];
                 const glm::dvec3 sine = m > 0 ? norm * harmonics.coefficient[coefficientIndex(l, -m)] : glm::dvec3(0.0);
+                const Eigen::Map<const Eigen::VectorXd> values(legendre.data(), height);
                 for (int channel = 0; channel < 3; ++channel) {
-                    double* c = spectra.cosine(m, channel);
-                    double* s = spectra.sine(m, channel);
-                    for (int j = 0; j < height; ++j) {
-                        c[j] += cosine[channel] * legendre[std::size_t(j)];
-                        s[j] += sine[channel] * legendre[std::size_t(j)];
-                    }
+                    parts.col(channel) += cosine[channel] * values;
+                    if (m > 0) parts.col(channel + 3) += sine[channel] * values;
                 }
             });
         }
     });
 
     ImageF map(width, height, 3);
-    parallelFor(0, height, std::max(1, 65536 / width), [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        Eigen::FFT<double> fft;
-        fft.SetFlag(Eigen::FFT<double>::Unscaled);
-        std::vector<Complex> spectrum(static_cast<std::size_t>(width));
-        std::vector<Complex> values;
-        for (std::ptrdiff_t j = first; j < last; ++j) {
-            for (int channel = 0; channel < 3; ++channel) {
-                // The real part of sum_m (C - i S) e^(i m p), p = -azimuth, azimuth = 2 pi (i + 1/2) / W - pi.
-                std::fill(spectrum.begin(), spectrum.end(), Complex());
-                for (int m = 0; m <= order; ++m) {
-                    spectrum[std::size_t(m)] = std::polar(1.0, m * (pi / width - pi)) *
-                                               Complex(spectra.cosine(m, channel)[j], spectra.sine(m, channel)[j]);
+    const RowTransform transform(order, width);
+    forEachBlock(height, width, [&](int first, int count) {
+        RowTransform::Sums sums(order, count);
+        for (int m = 0; m <= order; ++m) {
+            for (int row = 0; row < count; ++row) {
+                for (int channel = 0; channel < 3; ++channel) {
+                    sums.cosine[sums.at(m, row, channel)] = spectra.cosine(m, channel)[first + row];
+                    sums.sine[sums.at(m, row, channel)] = spectra.sine(m, channel)[first + row];
                 }
-                fft.inv(values, spectrum);
-                for (int i = 0; i < width; ++i) map.at(i, int(j), channel) = float(values[std::size_t(i)].real());
             }
         }
+        transform.backward(sums, map, first, count);
     });
     return map;
 }

@@ -9,6 +9,8 @@
 #include <glm/vec3.hpp>
 #include <numbers>
 
+#include "core/Image.h"
+
 namespace virga::sh {
 
 /// Unit vector of the place (x, y) in [0, width] x [0, height].
@@ -26,6 +28,22 @@ inline glm::dvec2 panoramaPlace(const glm::dvec3& direction, int width, int heig
     const double azimuth = std::atan2(direction.x, -direction.z + 0.0);
     const double polar = std::atan2(std::hypot(direction.x, direction.z), direction.y);
     return {(azimuth / (2.0 * std::numbers::pi) + 0.5) * width, polar / std::numbers::pi * height};
+}
+
+/// The value of a map of 3 or more channels along `direction`: bilinear between the pixels' centres, wrapped in x, held
+/// in y beyond the first and last row's centres. As shaders/common_environment.glsl does it.
+inline glm::dvec3 sampleMap(ConstImageViewF map, const glm::dvec3& direction)
+{
+    const glm::dvec2 place = panoramaPlace(direction, map.width(), map.height()) - 0.5;
+    const double x = std::floor(place.x), y = std::floor(place.y);
+    const auto texel = [&](double tx, double ty) {
+        const int wrapped = (int(tx) + map.width()) % map.width();
+        const float* p = map.pixel(wrapped, std::clamp(int(ty), 0, map.height() - 1));
+        return glm::dvec3(p[0], p[1], p[2]);
+    };
+    const double a = place.x - x, b = place.y - y;
+    return (1 - b) * ((1 - a) * texel(x, y) + a * texel(x + 1, y)) +
+           b * ((1 - a) * texel(x, y + 1) + a * texel(x + 1, y + 1));
 }
 
 }  // namespace virga::sh

@@ -1,5 +1,7 @@
 #include "shot/Compositor.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -120,6 +122,8 @@ struct Compositor::Impl {
     particles::Exposure exposureAt(FrameNumber frame) const;
     double extinctionAround(const particles::Exposure& exposure) const;
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
+    environment::PlateView viewOf(ConstImageViewF plate, FrameNumber frame) const;
+    void makeLight(const std::vector<PlateSamples::Frame>& samples);
     void uploadLamps(const particles::Exposure& exposure);
     void uploadFog(const particles::Exposure& exposure);
     void uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
@@ -188,6 +192,45 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     return c;
 }
 
+environment::PlateView Compositor::Impl::viewOf(ConstImageViewF plate, FrameNumber frame) const
+{
+    constexpr double widest_deg = 170;  // panoramaFromViews' limit
+    const camera::Pose pose = track.at(double(frame));
+    const camera::Projection projection = projectionAt(pose);
+    const double fov = 2 * std::atan(0.5 * projection.width / projection.focal_px);
+    return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
+}
+
+void Compositor::Impl::makeLight(const std::vector<PlateSamples::Frame>& samples)
+{
+    // Beyond this the surroundings are others.
+    constexpr double travel_m = 3;
+    std::string whyNot;
+    bool together = !samples.empty();
+    if (together && track.isStatic()) {
+        together = isSteady(samples, whyNot);
+    } else if (together) {
+        const glm::dvec3 start = track.at(double(samples.front().number)).position;
+        for (const PlateSamples::Frame& sample : samples)
+            together = together && glm::distance(track.at(double(sample.number)).position, start) <= travel_m;
+        if (!together) whyNot = "the camera travels";
+    }
+    std::vector<environment::PlateView> views;
+    std::vector<FrameNumber> numbers;
+    if (together) {
+        for (const PlateSamples::Frame& sample : samples) {
+            views.push_back(viewOf(sample.pixels, sample.number));
+            numbers.push_back(sample.number);
+        }
+    }
+    light.emplace(settings, views);
+    statistics.lightSource =
+        !settings.env.empty() ? settings.env
+        : together ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))
+                   : "plate, each frame" + (whyNot.empty() ? whyNot : ": " + whyNot);
+    log::detail("light from the {}", statistics.lightSource);
+}
+
 void Compositor::Impl::uploadLamps(const particles::Exposure& exposure)
 {
     std::vector<shared::PointLight> fromCamera;
@@ -253,7 +296,7 @@ void Compositor::Impl::openDevice(const CompositorOptions& options)
 }
 
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
-                       const std::vector<ImageF>& plateSamples)
+                       const PlateSamples& samples)
     : impl_(std::make_unique<Impl>())
 {
     Impl& m = *impl_;
@@ -264,7 +307,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     if (m.plan.isPassThrough()) return;
 
     if (m.plan.features.colorTransfer) {
-        std::vector<ConstImageViewF> frames(plateSamples.begin(), plateSamples.end());
+        std::vector<ConstImageViewF> frames(samples.forGrade.begin(), samples.forGrade.end());
         const ImageF still = io::readLinearImage(settings.gradeFrom);
         try {
             m.lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
@@ -274,7 +317,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     }
     const particles::Exposure first = m.exposureAt(shot.firstFrame);
     if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);
-    if (m.plan.features.light()) m.light.emplace(settings);
+    if (m.plan.features.light()) m.makeLight(samples.forLight);
     if (m.plan.features.lights) m.lamps = readLights(settings.lights);
     if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
     m.openDevice(options);
@@ -341,15 +384,17 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     });
     if (m.light)
         timed("environment", [&] {
-            if (m.light->update(plate.pixels, exposure.projection, exposure.poseAtOpen))
+            if (m.light->update(plate.number, m.viewOf(plate.pixels, plate.number)))
                 m.targets->uploadDropRadiance(m.light->radiance(), m.light->lowPassBackground());
             statistics.lightOrder = m.light->order();
+            statistics.lightRemainder = m.light->remainder();
+            statistics.lightCount = m.light->lightCount();
         });
 
     m.targets->bind();
     m.timer->begin();
     const auto mark = [&](const char* name) { m.timer->mark(name); };
-    if (features.light()) m.lightPass->run(*m.targets), mark("light");
+    if (features.light()) m.lightPass->run(*m.targets, glm::mat3(m.light->environmentFromWorld())), mark("light");
     if (features.blur) m.blur->run(*m.targets), mark("blur");
     if (features.splashes) m.splashes->run(*m.targets), mark("splashes");
     if (features.rain) m.strokes->run(*m.targets, cells, *m.timer);

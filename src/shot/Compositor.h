@@ -10,6 +10,7 @@
 #include "depth/DepthImage.h"
 #include "io/Plate.h"
 #include "shot/FramePlan.h"
+#include "shot/PlateSamples.h"
 #include "shot/Settings.h"
 
 namespace virga::shot {
@@ -37,17 +38,21 @@ struct CompositorStatistics {
     depth::DepthCounts depthCounts;  ///< of the last depth image read
     bool depthResampled = false;
     int lightOrder = 0;
+    double lightRemainder = 0;   ///< what the order leaves out: rms over the mean radiance
+    std::size_t lightCount = 0;  ///< lights of the environment that are shaded one by one
+    std::string lightSource;     ///< "frames 0,24,48,72,95 of the plate", "each plate frame: the picture moves", a file
     double fogExtinction_1_m = 0;  ///< mean over the first 100 m
 };
 
-/// Belongs to the thread that made it. A frame depends on (settings, frame number, plate frame) alone.
+/// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.
 class Compositor {
 public:
     /// Reads track, mattes, environment and stills, makes the plan and, unless it is a pass-through, opens GL.
-    /// plateSamples: a few frames of the plate, spread over the shot, for the colour transfer; may be empty without it.
+    /// samples: a few frames of the plate for its light and the colour transfer. Without those for the light each frame
+    /// is lit by itself; without those for the colour transfer there must be none.
     /// Throws Error naming the setting or file.
     Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
-               const std::vector<ImageF>& plateSamples);
+               const PlateSamples& samples);
     ~Compositor();
 
     const FramePlan& plan() const;

@@ -95,18 +95,6 @@ double peakMemory_mb()
     return double(usage.ru_maxrss) / 1024;
 }
 
-/// A few plate frames for the colour transfer: first, middle, last of the whole plate, whatever range is rendered.
-std::vector<ImageF> samplePlate(io::PlateReader& reader)
-{
-    std::vector<ImageF> samples;
-    const auto& frames = reader.info().frames;
-    for (const std::size_t i : {std::size_t(0), frames.size() / 2, frames.size() - 1}) {
-        if (auto frame = reader.read(frames[i])) samples.push_back(std::move(frame->pixels));
-        if (frames.size() == 1) break;
-    }
-    return samples;
-}
-
 }  // namespace
 
 RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
@@ -133,13 +121,11 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                                                .layers = options.layers});
 
     const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
-    std::vector<ImageF> samples;
-    if (!settings.gradeFrom.empty()) samples = samplePlate(*reader);
+    const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
     Compositor compositor(
         settings, shot,
         {.wanted = {.layers = options.layers}, .device = options.device, .shaderFolder = options.shaderFolder},
-        samples);
-    samples.clear();
+        samplePlate(*reader, settings, isLit));
     checkFiles(settings, compositor.plan(), frames, onError);
 
     RainReport report;
@@ -243,7 +229,11 @@ std::string reportJson(const RainReport& report, const Settings& settings)
           {"format", report.plate.format},
           {"colorspace", report.plate.colorspace},
           {"colorspace_source", report.plate.colorspaceSource}}},
-        {"light", {{"source", settings.env.empty() ? "plate" : settings.env}, {"order", s.lightOrder}}},
+        {"light",
+         {{"source", s.lightSource},
+          {"order", s.lightOrder},
+          {"remainder", s.lightRemainder},
+          {"lights", s.lightCount}}},
         {"fog_extinction_per_m", s.fogExtinction_1_m},
         {"repaired",
          {{"plate_values", s.repairedPixels},

@@ -42,8 +42,11 @@ struct Settings {
     // light
     std::string env;
     double envYaw_deg = 0;
+    double envPitch_deg = 0;
     double envGain = 1;
     AutoNumber envOrder;
+    std::int64_t envFrames = 5;
+    AutoNumber lightRadiance;
     AutoNumber sky;
     std::string lights;
     double backgroundBoost = 0;

@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+#include <utility>
 
+#include "camera/Camera.h"
 #include "core/Error.h"
 #include "core/Log.h"
+#include "environment/Highlights.h"
 #include "io/Plate.h"
+#include "shot/PanoramaFile.h"
 
 namespace virga::shot {
 namespace {
@@ -28,48 +33,75 @@ environment::DropRadianceOptions bakerOptions(const Settings& s)
     return options;
 }
 
-/// Turns to the right by whole pixels and scales. A degree is three pixels of a 1k panorama, far under a drop's blur.
-void turnAndScale(ImageF& map, double yaw_deg, double gain)
+void scale(environment::DropRadiance& light, double gain)
 {
-    const int shift = int(std::lround(yaw_deg / 360 * map.width()));
-    const int channels = map.channels();
-    for (int y = 0; y < map.height(); ++y) {
-        float* row = map.row(y);
-        const int left = ((shift % map.width()) + map.width()) % map.width();
-        std::rotate(row, row + std::ptrdiff_t(map.width() - left) * channels,
-                    row + std::ptrdiff_t(map.width()) * channels);
-        for (int i = 0; i < map.width() * channels; ++i) row[i] *= float(gain);
-    }
+    if (gain == 1) return;
+    for (ImageF* map : {&light.radiance, &light.background})
+        for (float& value : map->values()) value *= float(gain);
+}
+
+ImageF copyOf(ConstImageViewF image)
+{
+    ImageF copy(image.width(), image.height(), image.channels());
+    for (int y = 0; y < image.height(); ++y)
+        std::copy_n(image.row(y), std::size_t(image.width()) * std::size_t(image.channels()), copy.row(y));
+    return copy;
 }
 
 }  // namespace
 
-ShotLight::ShotLight(const Settings& settings)
-    : settings_(settings), fromPlate_(settings.env.empty()), baker_(bakerOptions(settings))
+ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views)
+    : settings_(settings), baker_(bakerOptions(settings))
 {
-    if (fromPlate_) return;
-    environment::PanoramaReport report;
-    environment::Panorama panorama =
-        environment::preparePanorama(io::readLinearImage(settings.env), settings.env, &report);
-    for (const std::string& sentence : report.said) log::warning("{}", sentence);
-    turnAndScale(panorama.pixels, settings.envYaw_deg, settings.envGain);
-    light_ = baker_.bake(panorama);
-    log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", settings.env, report.width,
-                report.height, light_.order, light_.lights.size());
+    if (settings.env.empty()) {
+        isEachFrame_ = views.empty();
+        if (!isEachFrame_) light_ = fromViews(views);
+        return;
+    }
+    // First up about the camera's x, then to the right about the vertical: what was ahead is seen at (yaw, pitch).
+    environmentFromWorld_ =
+        glm::transpose(camera::rotationZXY(glm::radians(settings.envPitch_deg), -glm::radians(settings.envYaw_deg), 0));
+    if (io::isFramePattern(settings.env))
+        keyFrames_.emplace(settings.env, [this](const std::string& path) { return fromFile(path); });
+    else
+        light_ = fromFile(settings.env);
 }
 
-bool ShotLight::update(ConstImageViewF plate, const camera::Projection& projection, const camera::Pose& pose)
+environment::DropRadiance ShotLight::fromFile(const std::string& path) const
 {
-    if (!fromPlate_) return !std::exchange(baked_, true);
-    constexpr double widest = 170;  // deg; panoramaFromPlate's limit
-    const double fov = 2 * std::atan(0.5 * projection.width / projection.focal_px);
+    environment::PanoramaReport report;
+    const environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report);
+    environment::DropRadiance light = baker_.bake(panorama);
+    scale(light, settings_.envGain);
+    log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", path, report.width, report.height,
+                light.order, light.lights.size());
+    return light;
+}
+
+environment::DropRadiance ShotLight::fromViews(std::span<const environment::PlateView> views) const
+{
     environment::PlatePanoramaOptions options;
     options.skyRadiance = settings_.sky;
-    environment::Panorama panorama =
-        environment::panoramaFromPlate(plate, std::min(fov, glm::radians(widest)), pose.worldFromCamera, options);
-    turnAndScale(panorama.pixels, 0, settings_.envGain);
-    light_ = baker_.bake(panorama);
-    return true;
+    std::vector<ImageF> repaired;
+    std::vector<environment::PlateView> brighter(views.begin(), views.end());
+    if (settings_.lightRadiance) {
+        repaired.reserve(views.size());
+        for (environment::PlateView& view : brighter) {
+            environment::repairPlateHighlights(repaired.emplace_back(copyOf(view.plate)), *settings_.lightRadiance);
+            view.plate = repaired.back();
+        }
+    }
+    environment::DropRadiance light = baker_.bake(environment::panoramaFromViews(brighter, options));
+    scale(light, settings_.envGain);
+    return light;
+}
+
+bool ShotLight::update(FrameNumber frame, const environment::PlateView& view)
+{
+    const bool isFirst = !std::exchange(isShown_, true);
+    if (keyFrames_) return keyFrames_->moveTo(frame, light_);
+    if (isEachFrame_) light_ = fromViews({&view, 1});
+    return isFirst || isEachFrame_;
 }
 
 }  // namespace virga::shot

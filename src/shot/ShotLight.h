@@ -1,33 +1,54 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
 
-#include "camera/Camera.h"
+#include "core/FrameRange.h"
 #include "environment/DropRadiance.h"
+#include "shot/LightKeyFrames.h"
 #include "shot/Settings.h"
 
 namespace virga::shot {
 
-/// The light that drops return, frame by frame: from the panorama of `--env`, once, or from each plate frame, so that a
-/// camera that turns always has the light of what it sees.
+/// The light that drops return, frame by frame:
+///
+///   --env pano.exr         one panorama, once;
+///   --env pano.####.exr    a panorama every few frames, blended between them: for cameras that travel;
+///   no --env               from a few frames of the plate, once (`views`); without these from each frame by itself,
+///                          so that light that changes and cameras that nobody tracked have the light of what they see.
 class ShotLight {
 public:
-    /// Reads and prepares the panorama. Throws Error(Input) naming the file.
-    explicit ShotLight(const Settings& settings);
+    /// views  frames of the plate and where they look; may be empty. Needed no longer than this.
+    /// Reads and prepares the panorama, if it is one. Throws Error(Input) naming the file.
+    ShotLight(const Settings& settings, std::span<const environment::PlateView> views);
 
-    /// Brings the maps up to date for a frame; false if they are as they were.
-    bool update(ConstImageViewF plate, const camera::Projection& projection, const camera::Pose& pose);
+    ShotLight(const ShotLight&) = delete;
+    ShotLight& operator=(const ShotLight&) = delete;
 
-    /// Equirectangular maps in world axes; see environment::DropRadiance.
+    /// Brings the maps up to date for a frame that looks as `view` says; false if they are as they were.
+    bool update(FrameNumber frame, const environment::PlateView& view);
+
+    /// Equirectangular maps; see environment::DropRadiance.
     ConstImageViewF radiance() const { return light_.radiance; }
     ConstImageViewF lowPassBackground() const { return light_.background; }
     int order() const { return light_.order; }
+    double remainder() const { return light_.remainder; }            ///< what the order leaves out, rms over the mean
+    std::size_t lightCount() const { return light_.lights.size(); }  ///< small lights shaded one by one
+
+    /// The maps' axes: their direction of a direction in the world. A panorama turned by --env-yaw and --env-pitch.
+    const glm::dmat3& environmentFromWorld() const { return environmentFromWorld_; }
 
 private:
+    environment::DropRadiance fromFile(const std::string& path) const;
+    environment::DropRadiance fromViews(std::span<const environment::PlateView> views) const;
+
     const Settings settings_;
-    bool fromPlate_;
-    bool baked_ = false;
-    environment::DropRadianceBaker baker_;
+    const environment::DropRadianceBaker baker_;
+    glm::dmat3 environmentFromWorld_{1.0};
+    std::optional<LightKeyFrames> keyFrames_;
+    bool isEachFrame_ = false;
+    bool isShown_ = false;  // update() has been called
     environment::DropRadiance light_;
 };
 

@@ -171,7 +171,7 @@ class Help(CliTest):
     """--help goes to standard output and fits a terminal of 100 columns."""
 
     def test_pages(self):
-        for arguments in ([], ["rain"], ["info"]):
+        for arguments in ([], ["rain"], ["model"], ["info"]):
             run = self.succeeds(*arguments, "--help")
             self.assertEqual(run.err, "", run)
             self.assertLessEqual(max(map(len, run.out.splitlines())), 100, run)

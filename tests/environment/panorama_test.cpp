@@ -254,5 +254,26 @@ TEST(PlatePanorama, AnyPlateAndCamera)
     EXPECT_THROW(panoramaFromPlate(ImageF(8, 4, 3), 1.0, look(0, 0), {.skyRadiance = -1.0}), Error);
 }
 
+// Premultiplied: half covered pixels are as bright as their neighbours, those without coverage are filled from them.
+TEST(Panorama, AlphaIsCoverage)
+{
+    ImageF image(64, 32, 4, 1.0f);
+    for (int y = 8; y < 16; ++y) {
+        for (int x = 0; x < 32; ++x) {
+            for (int c = 0; c < 4; ++c) image.at(x, y, c) = x < 8 ? 0.0f : 0.5f;
+        }
+    }
+    PanoramaReport report;
+    const Panorama p = preparePanorama(image, "p.png", &report);
+    for (const float value : p.pixels.values()) ASSERT_EQ(value, 1.0f);
+    EXPECT_EQ(report.transparent, 64u);
+    EXPECT_EQ(report.nan, 0u);
+
+    // Alpha that is 0 everywhere is none.
+    for (std::size_t i = 3; i < image.size(); i += 4) image.data()[i] = 0.0f;
+    EXPECT_EQ(preparePanorama(image, "p.png", &report).pixels.at(40, 2, 1), 1.0f);
+    EXPECT_EQ(report.transparent, 0u);
+}
+
 }  // namespace
 }  // namespace virga::environment

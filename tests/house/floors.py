@@ -10,7 +10,7 @@ import sys
 
 FLOORS = {
     "core": 0,
-    "camera": 1, "optics": 1, "rainfall": 1, "sh": 1,
+    "camera": 1, "optics": 1, "plot": 1, "rainfall": 1, "sh": 1,
     "environment": 2, "particles": 2, "matte": 2, "depth": 2, "grade": 2, "io": 2, "gl": 2,
     "passes": 3, "reference": 3,
     "shot": 4,

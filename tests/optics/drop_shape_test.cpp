@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "optics/DropShape.h"
@@ -11,28 +13,25 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-struct Reference {
-    double radius_mm, bottom_mm, top_mm, width_mm, height_mm, axisRatio, volumeFactor;
-};
-
-// Computed independently from the printed coefficients; volumeFactor is what r must be multiplied by to keep the
-// volume.
-constexpr Reference reference[] = {
-    {0.5, 0.49185, 0.49685, 1.0051102714466351, 0.9887, 0.9836731631216781, 0.9999896730562642},
-    {1.0, 0.9277, 0.9683, 2.047825410871813, 1.896, 0.9258601782819088, 0.9999724512571954},
-    {3.0, 2.0421, 2.3973, 6.926376455395372, 4.4394, 0.6409411946620205, 0.9998967456004664},
-    {4.5, 2.6829, 3.0303, 11.174206779324694, 5.7132, 0.5112846140068722, 1.0003938959520502},
-};
-
+// The reference has the shapes of the printed coefficients, and by what r must be multiplied to keep the volume.
 TEST(DropShape, AgreesWithTheReferenceNumbers)
 {
-    for (const Reference& r : reference) {
-        const DropShape shape(1e-3 * r.radius_mm);
-        EXPECT_NEAR(1e3 * shape.radius(0.0), r.bottom_mm * r.volumeFactor, 1e-9);
-        EXPECT_NEAR(1e3 * shape.radius(pi), r.top_mm * r.volumeFactor, 1e-9);
-        EXPECT_NEAR(1e3 * shape.width(), r.width_mm * r.volumeFactor, 1e-6);
-        EXPECT_NEAR(1e3 * shape.height(), r.height_mm * r.volumeFactor, 1e-6);
-        EXPECT_NEAR(shape.axisRatio(), r.axisRatio, 1e-7);
+    const auto data = nlohmann::json::parse(std::ifstream(VIRGA_TEST_DATA "/microphysics.json"));
+    ASSERT_EQ(data["shapes"].size(), 4u);
+    for (const auto& r : data["shapes"]) {
+        const auto value = [&](const char* name) { return r[name].get<double>(); };
+        const DropShape shape(1e-3 * value("radius_undistorted_mm"));
+        const double factor = value("factor_to_conserve_volume");
+        EXPECT_NEAR(1e3 * shape.radius(0.0), factor * value("r_bottom_mm"), 1e-12);
+        EXPECT_NEAR(1e3 * shape.radius(pi), factor * value("r_top_mm"), 1e-12);
+        EXPECT_NEAR(1e3 * shape.width(), factor * value("width_mm"), 1e-12);
+        EXPECT_NEAR(1e3 * shape.height(), factor * value("height_mm"), 1e-12);
+        EXPECT_NEAR(shape.axisRatio(), value("axis_ratio_height_over_width"), 1e-12);
+        EXPECT_NEAR(1e9 * shape.volume(), value("sphere_volume_mm3"), 1e-12 * value("sphere_volume_mm3"));
+        EXPECT_NEAR(1e9 * shape.volume() * value("volume_over_sphere"), value("volume_mm3"),
+                    1e-12 * value("volume_mm3"));
+        EXPECT_NEAR(meanAxisRatio(2e-3 * value("radius_undistorted_mm")),
+                    value("mean_r_axis_ratio_Pruppacher_Beard_1.03-0.062D"), 1e-12);
     }
 }
 

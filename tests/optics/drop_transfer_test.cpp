@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -53,14 +54,85 @@ TEST(DropTransfer, AgreesWithTheReferenceNumbers)
                     << name << " " << terms << " l = " << l;
             }
         }
-        std::vector<double> before(13, 0.0);
+        std::vector<double> before(33, 0.0);
         for (int n = 1; n <= 9; ++n) {
-            const auto f = zonalCoefficients(12, {.model = modelNamed(name), .terms = n});
-            for (std::size_t l = 0; l <= 12; ++l) {
+            const auto f = zonalCoefficients(32, {.model = modelNamed(name), .terms = n});
+            for (std::size_t l = 0; l <= 32; ++l) {
                 EXPECT_NEAR(f[l] - before[l], table[name]["by_path"][std::size_t(n) - 1][l].get<double>(), 1e-14);
             }
             before = f;
         }
+    }
+}
+
+TEST(DropTransfer, OtherIndicesOrdersAndTermsAgreeWithTheReferenceNumbers)
+{
+    const Json others = readData("transfer_zonal.json")["others"];
+    ASSERT_EQ(others.size(), 11u);
+    for (const Json& other : others) {
+        const DropTransferOptions options{.index = other["index"],
+                                          .model = modelNamed(other["model"].get<std::string>().c_str()),
+                                          .terms = other["terms"]};
+        const auto f = zonalCoefficients(other["order"], options);
+        for (std::size_t i = 0; i < other["l"].size(); ++i) {
+            const std::size_t l = other["l"][i];
+            EXPECT_NEAR(f[l], other["f"][i].get<double>(), 5e-13) << options.index << " l = " << l;
+        }
+        const PathEnergies energy = energyByPath(int(other["energy"].size()), options);
+        for (std::size_t i = 0; i < energy.share.size(); ++i)
+            EXPECT_NEAR(energy.share[i], other["energy"][i].get<double>(), 1e-14) << options.index << " path " << i + 1;
+    }
+}
+
+/// D(theta) of Wang et al.'s Eq. (10), first nine terms: the power that leaves into d theta over the solid angle, which
+/// is infinite wherever d zeta / d gamma or sin theta is 0.
+double pointwise(double theta, double index)
+{
+    double sum = 0.0;
+    for (int n = 1; n <= 9; ++n) {
+        const auto angle = [&](double g) { return pi - 2 * g - (n - 1) * (pi - 2 * std::asin(std::sin(g) / index)); };
+        const double m = double(n - 1) * (n - 1);
+        const double square = n > 2 ? (index * index - 1) / (m - 1) : 2.0;
+        const double turn = square < 1.0 ? std::acos(std::sqrt(square)) : 0.5 * pi;
+        for (int target = -4; target < 4; ++target) {
+            for (const double goal : {2 * pi * target + theta, 2 * pi * target - theta}) {
+                for (const auto& [from, to] : {std::array{0.0, turn}, std::array{turn, 0.5 * pi}}) {
+                    double a = from, b = to;
+                    const bool rises = angle(b) > angle(a);
+                    if (!(a < b) || (angle(a) < goal) != rises || (angle(b) < goal) == rises) continue;
+                    for (int i = 0; i < 60; ++i) {
+                        const double middle = 0.5 * (a + b);
+                        ((angle(middle) < goal) == rises ? a : b) = middle;
+                    }
+                    const double r = fresnel(std::cos(a), index).mean();
+                    const double power = n == 1 ? r : (1 - r) * (1 - r) * std::pow(r, n - 2);
+                    const double slope =
+                        -2 + 2 * (n - 1) * std::cos(a) / std::sqrt(index * index - std::sin(a) * std::sin(a));
+                    sum += power * std::sin(2 * a) / std::abs(slope) / (2 * pi * std::sin(theta));
+                }
+            }
+        }
+    }
+    return sum;
+}
+
+TEST(DropTransfer, SamplingPointwiseIsOffAsFarAsTheReferenceSays)
+{
+    const auto exact = zonalCoefficients(3, {.model = PathModel::Paper, .terms = 9});
+    const Json rows = readData("transfer_zonal.json")["pointwise"];
+    ASSERT_EQ(rows.size(), 4u);
+    for (const Json& row : rows) {
+        const int nodes = row["nodes"];
+        if (nodes > 1000) continue;  // more of the same, and slow
+        std::array<double, 4> f{};
+        for (int i = 0; i < nodes; ++i) {
+            const double theta = pi * (i + 0.5) / nodes, x = std::cos(theta);
+            const double energy = pointwise(theta, 1.333) * 2 * pi * std::sin(theta) * pi / nodes;
+            const double legendre[] = {1.0, x, 0.5 * (3 * x * x - 1), 0.5 * (5 * x * x - 3) * x};
+            for (std::size_t l = 0; l < 4; ++l) f[l] += energy * legendre[l];
+        }
+        for (std::size_t l = 0; l < 4; ++l)
+            EXPECT_NEAR(f[l] - exact[l], row["error"][l].get<double>(), 1e-9) << nodes << " nodes, l = " << l;
     }
 }
 
@@ -115,12 +187,29 @@ TEST(DropTransfer, HighOrdersHaveConverged)
 
 TEST(DropTransfer, EnergyByPath)
 {
-    const auto energy = energyByPath(200);
-    const double published[] = {0.0665, 0.8836, 0.0406, 0.0061, 0.0017, 0.0007};
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(energy[i], published[i], 2e-4) << i;
-    for (const double e : energy) sum += e;
-    EXPECT_NEAR(sum, 1.0, 2e-8);
+    const Json table = readData("transfer_zonal.json");
+    for (const char* name : {"polar", "paper"}) {
+        const PathEnergies nine = energyByPath(9, {.model = modelNamed(name)});
+        double first = 0.0;
+        for (std::size_t n = 0; n < 9; ++n)
+            EXPECT_NEAR(first += nine.share[n], table[name]["energy_of_first"][n].get<double>(), 2e-15) << name;
+        EXPECT_NEAR(first + nine.beyond, 1.0, 1e-15);
+    }
+    for (const double index : {1.1, 1.333, 2.4}) {
+        const PathEnergies many = energyByPath(maxPathEnergies, {.index = index});
+        double sum = many.beyond;
+        for (std::size_t n = 1; n < many.share.size(); ++n) {
+            EXPECT_GT(many.share[n], 0.0);
+            if (n > 1) {
+                EXPECT_LT(many.share[n], many.share[n - 1]);
+            }
+            sum += many.share[n];
+        }
+        EXPECT_NEAR(sum + many.share[0], 1.0, 1e-14);
+        // Near grazing incidence what is left falls as n^-3.
+        const double before = energyByPath(maxPathEnergies / 2, {.index = index}).beyond;
+        EXPECT_NEAR(before / many.beyond, 8.0, 0.1) << index;
+    }
 }
 
 TEST(DropTransfer, BinEnergiesAgreeWithTheReferenceNumbers)
@@ -129,15 +218,38 @@ TEST(DropTransfer, BinEnergiesAgreeWithTheReferenceNumbers)
     std::vector<double> edges(721);
     for (std::size_t i = 0; i <= 720; ++i) edges[i] = pi * double(i) / 720;
     for (const char* name : {"polar", "paper"}) {
-        const auto energy = binEnergies(edges, {.model = modelNamed(name), .terms = 9});
-        for (std::size_t i = 0; i < table["bins"].size(); ++i) {
-            EXPECT_NEAR(energy[table["bins"][i].get<std::size_t>()], table[name][i].get<double>(), 1e-14)
-                << name << " " << table["bins"][i];
-        }
+        const auto nine = binEnergies(edges, {.model = modelNamed(name), .terms = 9});
+        const auto sixty = binEnergies(edges, {.model = modelNamed(name), .terms = 60});
         const auto all = binEnergies(edges, {.model = modelNamed(name)});
+        double sum = 0.0;
+        for (const double energy : all) sum += energy;
+        EXPECT_NEAR(sum, 1.0, 1e-14);
         for (std::size_t i = 0; i < table["bins"].size(); ++i) {
-            EXPECT_NEAR(all[table["bins"][i].get<std::size_t>()], table[std::string(name) + "_60"][i].get<double>(),
-                        5e-6);
+            const std::size_t bin = table["bins"][i];
+            EXPECT_NEAR(nine[bin], table[name][i].get<double>(), 2e-15) << name << " " << bin;
+            const double reference = table[std::string(name) + "_60"][i];
+            EXPECT_NEAR(sixty[bin], reference, 2e-15) << name << " " << bin;
+            // Paths beyond the 60th have 6e-7 of the light.
+            EXPECT_GE(all[bin], reference);
+            EXPECT_LT(all[bin], reference + 5e-8);
+        }
+    }
+}
+
+TEST(DropTransfer, WideBinsAreAsExactAsNarrowOnes)
+{
+    std::vector<double> fine(181);
+    for (std::size_t i = 0; i <= 180; ++i) fine[i] = pi * double(i) / 180;
+    for (const double index : {1.05, 1.333, 2.4}) {
+        for (const int terms : {1, 3, 30, 0}) {
+            const DropTransferOptions options{.index = index, .terms = terms};
+            const auto narrow = binEnergies(fine, options);
+            const auto wide = binEnergies({0.0, fine[77], pi}, options);
+            double ahead = 0.0, behind = 0.0;
+            for (std::size_t i = 0; i < 180; ++i) (i < 77 ? ahead : behind) += narrow[i];
+            EXPECT_NEAR(wide[0], ahead, 3e-14) << index << " " << terms;
+            EXPECT_NEAR(wide[1], behind, 3e-14) << index << " " << terms;
+            EXPECT_NEAR(ahead + behind, zonalCoefficients(0, options)[0], 3e-14) << index << " " << terms;
         }
     }
 }
@@ -175,7 +287,6 @@ TEST(DropTransfer, RingsAddUpToTheSphereAndShowTheRainbow)
     EXPECT_NEAR(ring.mean(1 * degree, 1 * degree), 1.294, 2e-3);
     EXPECT_NEAR(ring.mean(11 * degree, 1 * degree), 1.034, 2e-3);
     EXPECT_NEAR(ring.mean(139 * degree, 1 * degree), 0.0782, 5e-4);
-    // The darkest part: what the 13th and later encounters would add there is spread over the sphere.
     EXPECT_NEAR(ring.mean(91 * degree, 1 * degree), 0.00230, 5e-5);
     EXPECT_GT(ring.mean(138.2 * degree, 0.25 * degree), 5 * ring.mean(136.5 * degree, 0.25 * degree));
     EXPECT_EQ(ring.energyWithin(0.0), 0.0);
@@ -189,6 +300,8 @@ TEST(DropTransfer, RefusesWhatIsNoDrop)
     EXPECT_THROW(zonalCoefficients(-1), Error);
     EXPECT_THROW(zonalCoefficients(4, {.terms = -1}), Error);
     EXPECT_THROW(binEnergies({0.0, 1.0, 1.0}), Error);
+    EXPECT_THROW(energyByPath(0), Error);
+    EXPECT_THROW(energyByPath(maxPathEnergies + 1), Error);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "optics/GaussLegendre.h"
+
 namespace virga::optics {
 namespace {
 
@@ -60,6 +62,7 @@ TEST(Fresnel, EndsAndBrewster)
 TEST(Fresnel, AgreesWithTheReferenceNumbers)
 {
     const auto table = nlohmann::json::parse(std::ifstream(VIRGA_TEST_DATA "/fresnel.json"));
+    ASSERT_EQ(table["angle_deg"].size(), 91u);
     for (std::size_t i = 0; i < table["angle_deg"].size(); ++i) {
         const double degrees = table["angle_deg"][i];
         const Fresnel r = fresnel(degrees == 90.0 ? 0.0 : std::cos(degrees * pi / 180.0), 1.333);
@@ -67,6 +70,18 @@ TEST(Fresnel, AgreesWithTheReferenceNumbers)
         EXPECT_NEAR(r.p, table["Rp"][i].get<double>(), 2e-15) << degrees;
         EXPECT_NEAR(r.mean(), table["R"][i].get<double>(), 2e-15) << degrees;
     }
+    // Over the disc that a drop shows to parallel light: sin(2 gamma) d gamma, substituted for smoothness.
+    const GaussLegendre rule(64);
+    double mean = 0.0;
+    for (std::size_t i = 0; i < rule.node.size(); ++i) {
+        const double cosine = 0.5 * (1 + rule.node[i]);
+        mean += rule.weight[i] * cosine * fresnel(cosine, 1.333).mean();
+    }
+    EXPECT_NEAR(mean, table["mean_R_over_disc"].get<double>(), 1e-15);
+    const double tenth = table["deg_where_R_is_10_percent"].get<double>() * pi / 180;
+    EXPECT_NEAR(fresnel(std::cos(tenth), 1.333).mean(), 0.1, 1e-15);
+    // Light that just grazes the drop on its way in and out is turned by this much; twice that is what a drop sees.
+    EXPECT_NEAR(2 * (180 - 2 * criticalAngle(1.333) * 180 / pi), table["drop_field_of_view_deg"].get<double>(), 1e-12);
     EXPECT_NEAR(brewsterAngle(1.333) * 180 / pi, table["brewster_deg"].get<double>(), 1e-12);
     EXPECT_NEAR(criticalAngle(1.333) * 180 / pi, table["critical_deg"].get<double>(), 1e-12);
 }

@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "rainfall/TerminalSpeed.h"
 
@@ -25,6 +27,18 @@ TEST(TerminalSpeed, StaysCloseToAtlasBetweenThePoints)
 {
     for (double diameter_mm = 0.5; diameter_mm <= 5.8; diameter_mm += 0.01) {
         EXPECT_NEAR(terminalSpeed(1e-3 * diameter_mm), 9.65 - 10.3 * std::exp(-0.6 * diameter_mm), 0.2) << diameter_mm;
+    }
+}
+
+// Rousseau et al. 2006, Table 2, is Gunn and Kinzer's up to 0.45 mm of radius and 0.1 m/s off theirs beyond.
+TEST(TerminalSpeed, StaysCloseToRousseausTable)
+{
+    const auto table = nlohmann::json::parse(std::ifstream(VIRGA_TEST_DATA "/microphysics.json"))["terminal"];
+    ASSERT_EQ(table["table2_radius_mm"].size(), 23u);
+    for (std::size_t i = 0; i < 23; ++i) {
+        const double radius_mm = table["table2_radius_mm"][i], speed = table["table2_speed"][i];
+        EXPECT_NEAR(terminalSpeed(2e-3 * radius_mm), speed, radius_mm < 0.475 ? 1e-9 : 0.13) << radius_mm;
+        EXPECT_NEAR(9.65 - 10.3 * std::exp(-1.2 * radius_mm), table["atlas_at_table2"][i].get<double>(), 1e-12);
     }
 }
 

@@ -181,6 +181,107 @@ TEST(Harmonics, ThreadsDoNotChangeABit)
     EXPECT_EQ(projectPanorama(map, 30).coefficient, all.coefficient);
 }
 
+// Written down as formulas, not baked by us: bands 0 to 4 of sample values, 512 x 256, to 1e-6.
+TEST(Harmonics, AnAnalyticMapHasItsCoefficients)
+{
+    const int width = 512, height = 256;
+    ImageF map(width, height, 3);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const glm::dvec3 d = panoramaDirection(x + 0.5, y + 0.5, width, height);
+            const double tx = -d.z, ty = -d.x, tz = d.y;  // the textbook's axes
+            map.at(x, y, 0) = float(0.5 + tx * ty);
+            map.at(x, y, 1) = float(0.25 * tz + 0.5 * tz * tz);
+            map.at(x, y, 2) = float(ty * tz * (7 * tz * tz - 3) + tx * (tx * tx - 3 * ty * ty));
+        }
+    }
+    Harmonics expected(16);
+    expected.coefficient[coefficientIndex(0, 0)] = {0.5 * std::sqrt(4 * pi), 0.5 / 3 * std::sqrt(4 * pi), 0};
+    expected.coefficient[coefficientIndex(2, -2)].r = 1 / std::sqrt(3.75 / pi);
+    expected.coefficient[coefficientIndex(1, 0)].g = 0.25 / std::sqrt(0.75 / pi);
+    expected.coefficient[coefficientIndex(2, 0)].g = 0.5 / 3 / (std::sqrt(5 / pi) / 4);
+    expected.coefficient[coefficientIndex(4, -1)].b = 4.0 / 3 * std::sqrt(2 * pi / 5);
+    expected.coefficient[coefficientIndex(3, 3)].b = 4 * std::sqrt(2 * pi / 35);
+    const Harmonics found = projectPanorama(map, 16);
+    for (std::size_t i = 0; i < found.coefficient.size(); ++i) {
+        EXPECT_LT(glm::length(found.coefficient[i] - expected.coefficient[i]), 1e-6) << i;
+    }
+}
+
+// Rows that are folded at the quarters of the circle and rows that are not give the same.
+TEST(Harmonics, FoldedRowsAreFourierTransforms)
+{
+    const Harmonics h = someHarmonics(20);
+    for (const int width : {120, 122, 121}) {
+        const ImageF map = bakePanorama(h, width, 64);
+        const Harmonics back = projectPanorama(map, 20);
+        for (std::size_t i = 0; i < back.coefficient.size(); ++i) {
+            EXPECT_LT(glm::length(back.coefficient[i] - h.coefficient[i]), 2e-6) << width << " " << i;
+        }
+    }
+}
+
+// A pixel that holds its value all over: integrals of Y_lm over the patch, worked out by brute force.
+TEST(Harmonics, MeansAreIntegratedOverTheirPixels)
+{
+    const int width = 12, height = 6, order = 9;
+    for (const auto& [px, py] : {std::array{0, 0}, std::array{7, 2}, std::array{11, 5}}) {
+        ImageF map(width, height, 3);
+        map.at(px, py, 1) = 3.0f;
+        const Harmonics h = projectPanorama(map, order, PixelValue::Mean);
+        std::vector<double> sum(coefficientCount(order), 0.0);
+        const int fine = 200;
+        for (int j = 0; j < fine; ++j) {
+            const double y = py + (j + 0.5) / fine, t = y / height * pi;
+            for (int i = 0; i < fine; ++i) {
+                const auto value = basis(order, panoramaDirection(px + (i + 0.5) / fine, y, width, height));
+                const double area = 2 * pi / width * pi / height * std::sin(t) / (fine * fine);
+                for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += 3 * area * value[k];
+            }
+        }
+        for (std::size_t k = 0; k < sum.size(); ++k) EXPECT_NEAR(h.coefficient[k].g, sum[k], 1e-4) << k;
+        // The mean is the solid angle's share.
+        const double solidAngle = 2 * pi / width * (std::cos(pi * py / height) - std::cos(pi * (py + 1) / height));
+        EXPECT_NEAR(h.coefficient[0].g, 3 * solidAngle / std::sqrt(4 * pi), 1e-14);
+    }
+}
+
+TEST(Harmonics, AConstantMapOfMeansIsAConstantAtAnyOrder)
+{
+    for (const auto& [width, height] :
+         {std::array{512, 256}, std::array{100, 50}, std::array{33, 17}, std::array{2, 1}, std::array{1, 1}}) {
+        for (const int order : {4, 40, 150}) {
+            const Harmonics h = projectPanorama(ImageF(width, height, 3, 0.75f), order, PixelValue::Mean);
+            EXPECT_NEAR(h.coefficient[0].r, 0.75 * std::sqrt(4 * pi), 1e-12);
+            for (std::size_t i = 1; i < h.coefficient.size(); ++i) {
+                ASSERT_LT(glm::length(h.coefficient[i]), 1e-12) << width << " " << order << " " << i;
+            }
+        }
+    }
+}
+
+// How the two readings of a pixel differ, as Harmonics.h says: at a pole by a light's energy, for smooth maps by the
+// blur of patches.
+TEST(Harmonics, SamplesAndMeansDifferAsTheHeaderSays)
+{
+    for (const auto& [row, ratio] : {std::pair{0, 0.8727}, {1, 1.0239}, {100, 1.0}, {255, 0.8727}}) {
+        ImageF spark(512, 256, 3);
+        spark.at(100, row) = 1.0f;
+        const double samples = projectPanorama(spark, 0).coefficient[0].r;
+        const double means = projectPanorama(spark, 0, PixelValue::Mean).coefficient[0].r;
+        EXPECT_NEAR(samples / means, ratio, 2e-4) << row;
+    }
+    const double pixel = pi / 256;
+    for (const int m : {0, 3, 8, 16}) {
+        Harmonics h(16);
+        h.coefficient[coefficientIndex(16, m)].r = 1.0;
+        const Harmonics back = projectPanorama(bakePanorama(h, 512, 256), 16, PixelValue::Mean);
+        const double lost = (1.0 - back.coefficient[coefficientIndex(16, m)].r) / (pixel * pixel * 16 * 17 / 24.0);
+        EXPECT_GT(lost, 0.45) << m;
+        EXPECT_LT(lost, 1.0) << m;
+    }
+}
+
 TEST(Harmonics, RefuseWhatAMapCannotHold)
 {
     EXPECT_THROW(projectPanorama(ImageF(16, 8, 3), 5), Error);

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "environment/Panorama.h"
+
+namespace virga::shot {
+
+/// The panorama of a file, as drops see it: checked and repaired, its lights put back if it is of integers, which end at
+/// white, and cut them off. What was found and done is said in the log.
+/// lightRadiance  of lights that are cut off; nothing: estimated
+/// Throws Error(Input) naming the file.
+environment::Panorama readPanorama(const std::string& path, std::optional<double> lightRadiance = std::nullopt,
+                                   environment::PanoramaReport* report = nullptr);
+
+}  // namespace virga::shot

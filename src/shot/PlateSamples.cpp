@@ -1,0 +1,127 @@
+#include "shot/PlateSamples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "core/Parallel.h"
+
+namespace virga::shot {
+namespace {
+
+constexpr int lightColumns = 480;
+
+/// Means over squares of whole pixels, at most `columns` of them side by side.
+ImageF averagedDown(ConstImageViewF image, int columns)
+{
+    const int step = (image.width() + columns - 1) / columns;
+    const int width = (image.width() + step - 1) / step, height = (image.height() + step - 1) / step;
+    ImageF result(width, height, image.channels());
+    parallelFor(0, height, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (int y = int(first); y < int(last); ++y) {
+            const int rows = std::min(step, image.height() - y * step);
+            for (int x = 0; x < width; ++x) {
+                const int cells = std::min(step, image.width() - x * step);
+                float* sum = result.pixel(x, y);
+                for (int j = 0; j < rows; ++j) {
+                    const float* from = image.pixel(x * step, y * step + j);
+                    for (int i = 0; i < cells * image.channels(); ++i) sum[i % image.channels()] += from[i];
+                }
+                for (int c = 0; c < image.channels(); ++c) sum[c] /= float(rows * cells);
+            }
+        }
+    });
+    return result;
+}
+
+std::vector<float> luminance(const ImageF& image)
+{
+    std::vector<float> result;
+    for (int y = 0; y < image.height(); ++y) {
+        for (int x = 0; x < image.width(); ++x) {
+            const float* p = image.pixel(x, y);
+            const float value = 0.2126f * p[0] + 0.7152f * p[1] + 0.0722f * p[2];
+            result.push_back(std::isfinite(value) ? std::max(value, 0.0f) : 0.0f);
+        }
+    }
+    return result;
+}
+
+double meanOf(const std::vector<float>& values)
+{
+    double sum = 0;
+    for (const float value : values) sum += value;
+    return sum / double(values.size());
+}
+
+/// Of at least one value, which are put out of order.
+double medianOf(std::vector<double>& values)
+{
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+}  // namespace
+
+PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light)
+{
+    const std::vector<FrameNumber>& frames = reader.info().frames;
+    const auto spread = [&](std::size_t count) {
+        std::set<std::size_t> places;
+        for (std::size_t i = 0; i < count; ++i)
+            places.insert(count == 1 ? frames.size() / 2 : i * (frames.size() - 1) / (count - 1));
+        return places;
+    };
+    const bool forLight = light && settings.env.empty() && settings.envFrames > 0;
+    const std::set<std::size_t> lit = forLight ? spread(std::size_t(settings.envFrames)) : std::set<std::size_t>();
+    const std::set<std::size_t> graded = settings.gradeFrom.empty() ? std::set<std::size_t>() : spread(3);
+
+    std::set<std::size_t> all = lit;
+    all.insert(graded.begin(), graded.end());
+    PlateSamples samples;
+    for (const std::size_t place : all) {
+        try {
+            std::optional<io::PlateFrame> frame = reader.read(frames[place]);
+            if (!frame || !frame->repaired.empty()) continue;
+            if (lit.contains(place))
+                samples.forLight.push_back({frames[place], averagedDown(frame->pixels, lightColumns)});
+            if (graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
+        } catch (const Error& error) {  // named again if it is to be rendered
+            log::detail("left out of the plate's light and grade: {}", error.what());
+        }
+    }
+    return samples;
+}
+
+bool isSteady(const std::vector<PlateSamples::Frame>& frames, std::string& why)
+{
+    // Cells of a 48th of the width: grain and a locked camera's shake average out. Medians, as people walk and clouds
+    // drift; but half of the picture is what it was.
+    constexpr int columns = 48;
+    constexpr double lightChange = 0.15, pictureChange = 0.05;
+    std::vector<float> first;
+    for (const PlateSamples::Frame& frame : frames) {
+        const std::vector<float> now = luminance(averagedDown(frame.pixels, columns));
+        if (first.empty()) first = now;
+        const double mean = meanOf(first);
+        std::vector<double> gain, difference;
+        for (std::size_t k = 0; k < now.size(); ++k)
+            if (first[k] > 0.1 * mean) gain.push_back(double(now[k]) / first[k]);
+        const double light = gain.empty() ? 1 : medianOf(gain);
+        if (std::abs(light - 1) > lightChange) {
+            why = "its light changes";
+            return false;
+        }
+        for (std::size_t k = 0; k < now.size(); ++k) difference.push_back(std::abs(now[k] - light * first[k]));
+        if (medianOf(difference) > pictureChange * mean) {
+            why = "the picture moves";
+            return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace virga::shot

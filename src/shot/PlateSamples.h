@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/FrameRange.h"
+#include "io/Plate.h"
+#include "shot/Settings.h"
+
+namespace virga::shot {
+
+/// A few frames of the whole plate, whatever range is rendered, so that every range sees the same: what a shot's light
+/// and its grade are judged by.
+struct PlateSamples {
+    struct Frame {
+        FrameNumber number = 0;
+        ImageF pixels;
+    };
+    std::vector<Frame> forLight;   ///< `--env-frames` of them, evenly spread, averaged down to at most 480 columns
+    std::vector<ImageF> forGrade;  ///< first, middle and last, whole
+};
+
+/// Reads what the settings ask for: light without `--env`, colour transfer. Frames that cannot be read are left out.
+PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light);
+
+/// Whether the frames show one scene in one light from one place: people may walk through, but no camera that turns or
+/// travels, no cut and no dusk. 48 columns of luminance are compared; `why` says what is not so.
+bool isSteady(const std::vector<PlateSamples::Frame>& frames, std::string& why);
+
+}  // namespace virga::shot
