@@ -1,0 +1,64 @@
+// Rain over a still scene: I = (1 - alpha) S + alpha C, and what it costs to explain footage with it.
+// Wang, Lin, Fang, Xie, Zheng, Zhang, "Real-time photorealistic rain", 2006, Eq. (1):
+//
+//   F(S, alpha) = sum over pixels, channels, frames of (I - (1 - alpha) S - alpha C)^2
+//               + lambda sum |grad S|^2 + mu sum (grad alpha . D0)^2  [+ 2 eta sum alpha]
+//
+// Eq. (1) alone is ill-posed: its data term does not change under S - C -> s (S - C), 1 - alpha -> (1 - alpha) / s.
+// 0 <= alpha <= 1 inside the solve and the linear cost eta on alpha make it well-posed; both are ours, not the paper's.
+//
+// Pictures are linear (or whatever the model is meant to hold in), 1 or 3 channels, all of one size. Differences are
+// forward ones; one that leaves the picture is 0. D0 = (sin slant, cos slant), x right, y down: positive slant = the
+// lower end of a stroke lies to the right. Frames and lines run in parallel; the result does not depend on how.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/Image.h"
+
+namespace virga::matte {
+
+/// How grad alpha . D0 is taken.
+enum class AlongRain {
+    Paper,  ///< sin * d/dx + cos * d/dy at each pixel, as published; couples a pixel with its neighbours both ways
+    Lines,  ///< from pixel to pixel along lines sheared by the slant (each pixel in one line): direct to solve
+};
+
+struct RainTerms {
+    std::array<float, 3> color = {1, 1, 1};  // C, in the units of the footage
+    double lambda = 1.0 / 20.0;              // >= 0, smoothness of the scene
+    double mu = 1.0 / 4.0;                   // >= 0, smoothness of alpha along the rain
+    double eta = 0.0;                        // >= 0, linear cost of alpha, as 2 eta sum(alpha)
+    double slant = 0.0;                      // [rad], -pi/2..pi/2
+    bool bounded = true;                     // 0 <= alpha <= 1
+    AlongRain along = AlongRain::Lines;
+};
+
+/// The four sums of F, in double.
+struct RainObjective {
+    double data = 0, scene = 0, rain = 0, cost = 0;
+    double total() const { return data + scene + rain + cost; }
+};
+
+RainObjective rainObjective(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> alphas,
+                            const RainTerms& terms);
+
+/// Per-pixel median over the frames; the mean of the middle two of an even number.
+ImageF temporalMedian(std::span<const ImageF> frames);
+
+/// The scene that minimises F for these alphas, in place: conjugate gradients from what `scene` holds, until the
+/// residual is below `tolerance` of the right side (or 500 steps; F never rises). A pixel covered in all frames takes
+/// its neighbours' colour through lambda; with lambda = 0 it keeps what it has.
+void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
+                double tolerance = 1e-7);
+
+/// The alphas that minimise F for this scene, in place; what they hold is the start. AlongRain::Lines is exact;
+/// AlongRain::Paper is exact for slant 0 and else iterates: conjugate gradients without bounds, exact columns in turn
+/// with them, until nothing moves by more than `tolerance`. Where C = S along a whole line alpha cannot be seen: it
+/// goes to 0 there.
+void solveAlpha(std::span<const ImageF> frames, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
+                double tolerance = 1e-7);
+
+}  // namespace virga::matte
