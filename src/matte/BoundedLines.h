@@ -14,9 +14,9 @@ struct LineBlock {
     using Row = std::array<double, lanes>;
 
     std::vector<Row> diagonal;   // > 0
-    std::vector<Row> link;       // of entry i with entry i + 1; the last is not read. Diagonally dominant or it may fail
+    std::vector<Row> link;       // of entry i with entry i + 1; the last is not read
     std::vector<Row> rightSide;
-    std::vector<Row> value;      // in: where to start (its bounds in force are guessed from it); out: the minimiser
+    std::vector<Row> value;      // in: where to start; out: the minimiser
 
     explicit LineBlock(int length = 0) { resize(length); }
     void resize(int length);
@@ -31,9 +31,9 @@ private:
 /// Minimises x'Ax/2 - b'x with A tridiagonal, symmetric and positive definite, exactly (Thomas' elimination).
 void solveLines(LineBlock& block);
 
-/// The same with low <= x <= high, exactly: primal-dual active sets (Hintermueller, Ito & Kunisch 2003), which end after
-/// few eliminations; where they would cycle, projected Gauss-Seidel sweeps from the clipped start, which never raise the
-/// sum. `value` must start within the bounds for that promise.
+/// The same with low <= x <= high, exactly: primal-dual active sets (Hintermueller, Ito & Kunisch 2003) from those that
+/// `value` starts with, which end after few eliminations; where they would cycle, projected Gauss-Seidel sweeps, which
+/// never raise the sum. `value` must start within the bounds.
 void solveLines(LineBlock& block, double low, double high);
 
 }  // namespace virga::matte

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/Parallel.h"
@@ -9,65 +10,102 @@
 namespace virga::matte {
 namespace {
 
-// Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, table of 5-tap filters.
-constexpr std::array<double, 5> smooth = {0.037659, 0.249153, 0.426375, 0.249153, 0.037659};
-constexpr std::array<double, 5> change = {-0.109604, -0.276691, 0.0, 0.276691, 0.109604};
+// Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, the 5-tap pair, each convolved with
+// [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out.
+constexpr int reach = 3;
+constexpr std::array<double, 7> smooth = {0.00941475, 0.08111775, 0.240585, 0.337764, 0.240585, 0.08111775, 0.00941475};
+constexpr std::array<double, 7> change = {-0.027401, -0.12397475, -0.16574650, 0.0,
+                                          0.16574650, 0.12397475, 0.027401};
+
+constexpr int bins = 720;  // of the gradient's direction, half a circle
+constexpr double width = 20.0 / 180.0 * std::numbers::pi;  // of the biweight about the rain's direction [rad]
+constexpr int refinements = 6;
 
 struct Tensor {
     double xx = 0, xy = 0, yy = 0;
-};
 
-Tensor structureTensor(const ImageF& alpha)
+    void add(const Tensor& other, double weight)
+    {
+        xx += weight * other.xx;
+        xy += weight * other.xy;
+        yy += weight * other.yy;
+    }
+    double trace() const { return xx + yy; }
+    /// Direction of the gradient's main axis from x [rad], -pi/2..pi/2.
+    double axis() const { return 0.5 * std::atan2(2.0 * xy, xx - yy); }
+};
+using Directions = std::array<Tensor, bins>;
+
+int binOf(double angle)
 {
-    Tensor sum;
-    const int width = alpha.width(), height = alpha.height();
-    if (width < 5 || height < 5) return sum;
-    std::vector<double> smoothed(static_cast<std::size_t>(width)), changed(static_cast<std::size_t>(width));
-    for (int y = 2; y + 2 < height; ++y) {
-        for (int x = 0; x < width; ++x) {
+    const int bin = int(std::floor((angle / std::numbers::pi + 0.5) * bins));
+    return ((bin % bins) + bins) % bins;
+}
+
+/// Structure tensors of all gradients of a picture, sorted by direction.
+Directions gradients(const ImageF& alpha)
+{
+    Directions sorted{};
+    const int columns = alpha.width(), rows = alpha.height();
+    std::vector<double> smoothed(static_cast<std::size_t>(columns)), changed(static_cast<std::size_t>(columns));
+    for (int y = reach; y + reach < rows; ++y) {
+        for (int x = 0; x < columns; ++x) {
             double s = 0.0, c = 0.0;
-            for (int t = 0; t < 5; ++t) {
-                const double value = alpha.at(x, y + t - 2);
-                s += smooth[std::size_t(t)] * value;
-                c += change[std::size_t(t)] * value;
+            for (std::size_t t = 0; t < smooth.size(); ++t) {
+                const double value = alpha.at(x, y + int(t) - reach);
+                s += smooth[t] * value;
+                c += change[t] * value;
             }
             smoothed[std::size_t(x)] = s;
             changed[std::size_t(x)] = c;
         }
-        for (int x = 2; x + 2 < width; ++x) {
+        for (int x = reach; x + reach < columns; ++x) {
             double gx = 0.0, gy = 0.0;
-            for (int t = 0; t < 5; ++t) {
-                gx += change[std::size_t(t)] * smoothed[std::size_t(x + t - 2)];
-                gy += smooth[std::size_t(t)] * changed[std::size_t(x + t - 2)];
+            for (std::size_t t = 0; t < smooth.size(); ++t) {
+                const std::size_t at = std::size_t(x - reach) + t;
+                gx += change[t] * smoothed[at];
+                gy += smooth[t] * changed[at];
             }
-            sum.xx += gx * gx;
-            sum.xy += gx * gy;
-            sum.yy += gy * gy;
+            if (gx == 0.0 && gy == 0.0) continue;
+            sorted[std::size_t(binOf(std::atan(gy / gx)))].add({gx * gx, gx * gy, gy * gy}, 1.0);
         }
     }
-    return sum;
+    return sorted;
 }
 
 }  // namespace
 
 RainDirection rainDirection(std::span<const ImageF> alphas)
 {
-    std::vector<Tensor> parts(alphas.size());
+    std::vector<Directions> parts(alphas.size());
     parallelFor(0, std::ptrdiff_t(alphas.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t k = first; k < last; ++k)
-            parts[std::size_t(k)] = structureTensor(alphas[std::size_t(k)]);
+            parts[std::size_t(k)] = gradients(alphas[std::size_t(k)]);
     });
-    Tensor sum;
-    for (const Tensor& part : parts) {
-        sum.xx += part.xx;
-        sum.xy += part.xy;
-        sum.yy += part.yy;
+    Directions sorted{};
+    Tensor all;
+    for (const Directions& part : parts)
+        for (std::size_t b = 0; b < part.size(); ++b) {
+            sorted[b].add(part[b], 1.0);
+            all.add(part[b], 1.0);
+        }
+    if (!(all.trace() > 0.0) || !std::isfinite(all.trace())) return {};
+
+    double axis = all.axis();
+    for (int refinement = 0; refinement < refinements; ++refinement) {
+        Tensor near;
+        for (int b = 0; b < bins; ++b) {
+            const double away = std::remainder((b + 0.5) / bins * std::numbers::pi - 0.5 * std::numbers::pi - axis,
+                                               std::numbers::pi);
+            const double share = away / width;
+            if (std::abs(share) < 1.0)
+                near.add(sorted[std::size_t(b)], (1.0 - share * share) * (1.0 - share * share));
+        }
+        if (!(near.trace() > 0.0)) break;
+        axis = near.axis();
     }
-    const double trace = sum.xx + sum.yy, spread = std::hypot(sum.xx - sum.yy, 2.0 * sum.xy);
-    if (!(trace > 0.0) || !std::isfinite(trace)) return {};
-    // The gradient's main axis lies at phi from x; the rain at right angles to it. For lines along (sin a, cos a) the
-    // gradient is along (cos a, -sin a): phi = -a.
-    return {-0.5 * std::atan2(2.0 * sum.xy, sum.xx - sum.yy), spread / trace};
+    // For lines along (sin a, cos a) the gradient is along (cos a, -sin a).
+    return {-axis, std::hypot(all.xx - all.yy, 2.0 * all.xy) / all.trace()};
 }
 
 }  // namespace virga::matte

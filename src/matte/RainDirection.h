@@ -13,10 +13,12 @@ struct RainDirection {
 };
 
 /// The direction along which the alphas change least. Wang et al. 2006 look for the most salient line through the
-/// origin of alpha's spectrum, which is off by half a degree; the structure tensor of the same spectrum,
-/// sum |A(f)|^2 f f', finds it to 0.1 degrees, and is by Parseval the sum of grad alpha grad alpha' over the pixels.
-/// Gradients with the 5-tap pair of Farid & Simoncelli 2004, which agree in all directions. White noise adds the same
-/// to both of its axes and does not turn it. Pictures narrower than 5 pixels, or constant ones: slant 0, coherence 0.
+/// origin of alpha's spectrum, which is off by half a degree. The structure tensor of the same spectrum,
+/// sum |A(f)|^2 f f' (by Parseval the sum of grad alpha grad alpha' over the pixels), finds it to 0.15 degrees; what is
+/// left comes from the strokes' ends and from whatever is no stroke, so the sum is taken again over the gradients that
+/// are nearly at right angles to the direction found (biweight, 20 degrees): 0.06 degrees rms over slants of 0 to 80
+/// (tests/matte/rain_direction_test.cpp). White noise adds the same to both axes and does not turn it.
+/// Pictures narrower than 7 pixels, or constant ones: slant 0, coherence 0.
 RainDirection rainDirection(std::span<const ImageF> alphas);
 
 }  // namespace virga::matte

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "core/Parallel.h"
 #include "matte/BoundedLines.h"
-#include "matte/SlantedLines.h"
 
 namespace virga::matte {
 namespace {
@@ -40,57 +38,68 @@ double pull(const float* pixel, const float* scene, int channels, const RainTerm
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
-// The paper's differences: the matrix of sum (sin dx + cos dy)^2, entry by entry.
+// The matrix of sum (sin dx + cos dy)^2, entry by entry. A column goes along the rain as far as the grid allows: down the
+// picture, or, beyond 45 degrees, across it; the formulas are the same with the axes swapped.
 
-struct PaperMatrix {
-    int width, height;
-    double s, c;  // sine and cosine of the slant
+struct AlongRain {
+    int columns, rows;
+    std::ptrdiff_t toColumn, toRow;  // steps in a picture of one channel
+    double s, c;                     // of D0: across the columns, down them
+
+    AlongRain(int width, int height, double slant)
+        : columns(width), rows(height), toColumn(1), toRow(width), s(std::sin(slant)), c(std::cos(slant))
+    {
+        if (std::abs(s) > std::abs(c)) {
+            std::swap(columns, rows);
+            std::swap(toColumn, toRow);
+            std::swap(s, c);
+        }
+    }
+
+    std::ptrdiff_t at(int x, int y) const { return x * toColumn + y * toRow; }
 
     double diagonal(int x, int y) const
     {
-        const double here = (x + 1 < width ? s : 0.0) + (y + 1 < height ? c : 0.0);
+        const double here = (x + 1 < columns ? s : 0.0) + (y + 1 < rows ? c : 0.0);
         return here * here + (x > 0 ? s * s : 0.0) + (y > 0 ? c * c : 0.0);
     }
-    /// Between (x, y) and (x + 1, y).
-    double right(int x, int y) const { return -s * (s + (y + 1 < height ? c : 0.0)) * (x + 1 < width ? 1.0 : 0.0); }
-    /// Between (x, y) and (x, y + 1).
-    double down(int x, int y) const { return -c * ((x + 1 < width ? s : 0.0) + c) * (y + 1 < height ? 1.0 : 0.0); }
-    /// Between (x + 1, y) and (x, y + 1), both inside.
+    /// Between (x, y) and (x + 1, y), which is inside.
+    double right(int y) const { return -s * (s + (y + 1 < rows ? c : 0.0)); }
+    /// Between (x, y) and (x, y + 1), which is inside.
+    double down(int x) const { return -c * ((x + 1 < columns ? s : 0.0) + c); }
+    /// Between (x + 1, y) and (x, y + 1).
     double cross() const { return s * c; }
 
     /// What the columns beside x add to the product at (x, y).
-    template <class Value>
-    double beside(const Value* v, int x, int y) const
+    double beside(const double* v, int x, int y) const
     {
-        const Value* row = v + std::ptrdiff_t(y) * width;
+        const double* here = v + at(x, y);
         double sum = 0.0;
-        if (x + 1 < width) {
-            sum += right(x, y) * row[x + 1];
-            if (y > 0) sum += cross() * row[x + 1 - width];
+        if (x + 1 < columns) {
+            sum += right(y) * here[toColumn];
+            if (y > 0) sum += cross() * here[toColumn - toRow];
         }
         if (x > 0) {
-            sum += right(x - 1, y) * row[x - 1];
-            if (y + 1 < height) sum += cross() * row[x - 1 + width];
+            sum += right(y) * here[-toColumn];
+            if (y + 1 < rows) sum += cross() * here[toRow - toColumn];
         }
         return sum;
     }
-    template <class Value>
-    double product(const Value* v, int x, int y) const
+    double product(const double* v, int x, int y) const
     {
-        const Value* row = v + std::ptrdiff_t(y) * width;
-        double sum = diagonal(x, y) * row[x] + beside(v, x, y);
-        if (y + 1 < height) sum += down(x, y) * row[x + width];
-        if (y > 0) sum += down(x, y - 1) * row[x - width];
+        const double* here = v + at(x, y);
+        double sum = diagonal(x, y) * here[0] + beside(v, x, y);
+        if (y + 1 < rows) sum += down(x) * here[toRow];
+        if (y > 0) sum += down(x) * here[-toRow];
         return sum;
     }
 };
 
-/// One frame's alpha with the paper's differences.
-class PaperAlpha {
+/// The equation for one frame's alpha.
+class AlphaEquation {
 public:
-    PaperAlpha(const ImageF& frame, const ImageF& scene, const std::vector<double>& seen, const RainTerms& terms)
-        : matrix_{frame.width(), frame.height(), std::sin(terms.slant), std::cos(terms.slant)}, seen_(seen),
-          mu_(terms.mu), right_(seen.size())
+    AlphaEquation(const ImageF& frame, const ImageF& scene, const std::vector<double>& seen, const RainTerms& terms)
+        : matrix_(frame.width(), frame.height(), terms.slant), seen_(seen), mu_(terms.mu), right_(seen.size())
     {
         for (std::size_t i = 0; i < right_.size(); ++i)
             right_[i] = pull(frame.data() + i * frame.channels(), scene.data() + i * frame.channels(),
@@ -131,14 +140,13 @@ public:
     /// Even columns, odd columns, each exactly with its neighbours held, until nothing moves.
     void solveBounded(ImageF& alpha, double tolerance)
     {
-        const int width = matrix_.width, height = matrix_.height;
         std::vector<double> x(right_.size());
         for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(double(alpha.data()[i]), 0.0, 1.0);
-        LineBlock block(height);
+        LineBlock block(matrix_.rows);
         for (int step = 0; step < mostSteps; ++step) {
             double moved = 0.0;
             for (int first = 0; first < 2; ++first) {
-                for (int column = first; column < width; column += 2 * LineBlock::lanes) {
+                for (int column = first; column < matrix_.columns; column += 2 * LineBlock::lanes) {
                     fillColumns(block, column, 2, [&](int cx, int cy, std::size_t i) {
                         return right_[i] - mu_ * matrix_.beside(x.data(), cx, cy);
                     });
@@ -165,20 +173,21 @@ private:
 
     void multiply(const std::vector<double>& v, std::vector<double>& to) const
     {
-        std::size_t i = 0;
-        for (int y = 0; y < matrix_.height; ++y)
-            for (int x = 0; x < matrix_.width; ++x, ++i)
+        for (int y = 0; y < matrix_.rows; ++y)
+            for (int x = 0; x < matrix_.columns; ++x) {
+                const auto i = std::size_t(matrix_.at(x, y));
                 to[i] = (seen_[i] + ridge) * v[i] + mu_ * matrix_.product(v.data(), x, y);
+            }
     }
 
     /// body(lane, x, y, pixel) for the columns first, first + step, ... that a block holds.
     template <class Body>
     void forColumns(int first, int step, Body&& body) const
     {
-        for (int y = 0; y < matrix_.height; ++y)
+        for (int y = 0; y < matrix_.rows; ++y)
             for (int l = 0; l < LineBlock::lanes; ++l) {
                 const int x = first + l * step;
-                if (x < matrix_.width) body(l, x, y, std::size_t(y) * std::size_t(matrix_.width) + std::size_t(x));
+                if (x < matrix_.columns) body(l, x, y, std::size_t(matrix_.at(x, y)));
             }
     }
 
@@ -186,7 +195,7 @@ private:
     template <class Right>
     void fillColumns(LineBlock& block, int first, int step, Right&& right) const
     {
-        for (int y = 0; y < matrix_.height; ++y) {
+        for (int y = 0; y < matrix_.rows; ++y) {
             block.diagonal[y].fill(1.0);
             block.link[y].fill(0.0);
             block.rightSide[y].fill(0.0);
@@ -194,22 +203,22 @@ private:
         }
         forColumns(first, step, [&](int l, int x, int y, std::size_t i) {
             block.diagonal[y][l] = seen_[i] + ridge + mu_ * matrix_.diagonal(x, y);
-            block.link[y][l] = mu_ * matrix_.down(x, y);
+            block.link[y][l] = y + 1 < matrix_.rows ? mu_ * matrix_.down(x) : 0.0;
             block.rightSide[y][l] = right(x, y, i);
         });
     }
 
     void columns(const std::vector<double>& from, std::vector<double>& to)
     {
-        LineBlock block(matrix_.height);
-        for (int first = 0; first < matrix_.width; first += LineBlock::lanes) {
+        LineBlock block(matrix_.rows);
+        for (int first = 0; first < matrix_.columns; first += LineBlock::lanes) {
             fillColumns(block, first, 1, [&](int, int, std::size_t i) { return from[i]; });
             solveLines(block);
             forColumns(first, 1, [&](int l, int, int y, std::size_t i) { to[i] = block.value[y][l]; });
         }
     }
 
-    PaperMatrix matrix_;
+    AlongRain matrix_;
     const std::vector<double>& seen_;
     double mu_;
     std::vector<double> right_;
@@ -217,53 +226,10 @@ private:
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-/// Eight lines of one frame along the rain.
-void solveLineBlock(const ImageF& frame, const ImageF& scene, const std::vector<double>& seen, const RainTerms& terms,
-                    const SlantedLines& lines, int firstLine, LineBlock& block, ImageF& alpha)
-{
-    const int channels = frame.channels();
-    const double coupling = terms.mu * lines.stepScale();
-    for (int i = 0; i < lines.length(); ++i) {
-        for (int l = 0; l < LineBlock::lanes; ++l) {
-            const std::ptrdiff_t at = lines.pixel(firstLine + l, i);
-            if (at < 0) {
-                block.diagonal[i][l] = 1.0;
-                block.link[i][l] = block.rightSide[i][l] = block.value[i][l] = 0.0;
-                continue;
-            }
-            const bool before = i > 0 && lines.pixel(firstLine + l, i - 1) >= 0;
-            const bool after = i + 1 < lines.length() && lines.pixel(firstLine + l, i + 1) >= 0;
-            block.diagonal[i][l] = seen[std::size_t(at)] + ridge + coupling * (double(before) + double(after));
-            block.link[i][l] = after ? -coupling : 0.0;
-            block.rightSide[i][l] = pull(frame.data() + at * channels, scene.data() + at * channels, channels, terms);
-            block.value[i][l] = alpha.data()[at];
-        }
-    }
-    if (terms.bounded)
-        solveLines(block, 0.0, 1.0);
-    else
-        solveLines(block);
-    for (int i = 0; i < lines.length(); ++i)
-        for (int l = 0; l < LineBlock::lanes; ++l)
-            if (const std::ptrdiff_t at = lines.pixel(firstLine + l, i); at >= 0)
-                alpha.data()[at] = float(block.value[i][l]);
-}
-
 double rainRoughness(const ImageF& alpha, const RainTerms& terms)
 {
     const int width = alpha.width(), height = alpha.height();
     double sum = 0.0;
-    if (terms.along == AlongRain::Lines) {
-        const SlantedLines lines(width, height, terms.slant);
-        for (int line = 0; line < lines.count(); ++line)
-            for (int i = 0; i + 1 < lines.length(); ++i) {
-                const std::ptrdiff_t a = lines.pixel(line, i), b = lines.pixel(line, i + 1);
-                if (a < 0 || b < 0) continue;
-                const double step = double(alpha.data()[b]) - alpha.data()[a];
-                sum += step * step;
-            }
-        return sum * lines.stepScale();
-    }
     const double s = std::sin(terms.slant), c = std::cos(terms.slant);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
@@ -419,26 +385,13 @@ void solveAlpha(std::span<const ImageF> frames, const ImageF& scene, const RainT
 {
     assert(frames.size() == alphas.size());
     const std::vector<double> seen = visibility(scene, terms);
-    if (terms.along == AlongRain::Paper) {
-        parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (std::ptrdiff_t k = first; k < last; ++k) {
-                PaperAlpha equation(frames[std::size_t(k)], scene, seen, terms);
-                if (terms.bounded)
-                    equation.solveBounded(alphas[std::size_t(k)], tolerance);
-                else
-                    equation.solve(alphas[std::size_t(k)], tolerance);
-            }
-        });
-        return;
-    }
-    const SlantedLines lines(scene.width(), scene.height(), terms.slant);
-    const int blocks = (lines.count() + LineBlock::lanes - 1) / LineBlock::lanes;
-    parallelFor(0, std::ptrdiff_t(frames.size()) * blocks, 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        LineBlock block(lines.length());
-        for (std::ptrdiff_t work = first; work < last; ++work) {
-            const auto k = std::size_t(work / blocks);
-            solveLineBlock(frames[k], scene, seen, terms, lines, int(work % blocks) * LineBlock::lanes, block,
-                           alphas[k]);
+    parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (std::ptrdiff_t k = first; k < last; ++k) {
+            AlphaEquation equation(frames[std::size_t(k)], scene, seen, terms);
+            if (terms.bounded)
+                equation.solveBounded(alphas[std::size_t(k)], tolerance);
+            else
+                equation.solve(alphas[std::size_t(k)], tolerance);
         }
     });
 }

@@ -20,12 +20,6 @@
 
 namespace virga::matte {
 
-/// How grad alpha . D0 is taken.
-enum class AlongRain {
-    Paper,  ///< sin * d/dx + cos * d/dy at each pixel, as published; couples a pixel with its neighbours both ways
-    Lines,  ///< from pixel to pixel along lines sheared by the slant (each pixel in one line): direct to solve
-};
-
 struct RainTerms {
     std::array<float, 3> color = {1, 1, 1};  // C, in the units of the footage
     double lambda = 1.0 / 20.0;              // >= 0, smoothness of the scene
@@ -33,7 +27,6 @@ struct RainTerms {
     double eta = 0.0;                        // >= 0, linear cost of alpha, as 2 eta sum(alpha)
     double slant = 0.0;                      // [rad], -pi/2..pi/2
     bool bounded = true;                     // 0 <= alpha <= 1
-    AlongRain along = AlongRain::Lines;
 };
 
 /// The four sums of F, in double.
@@ -54,10 +47,14 @@ ImageF temporalMedian(std::span<const ImageF> frames);
 void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
                 double tolerance = 1e-7);
 
-/// The alphas that minimise F for this scene, in place; what they hold is the start. AlongRain::Lines is exact;
-/// AlongRain::Paper is exact for slant 0 and else iterates: conjugate gradients without bounds, exact columns in turn
-/// with them, until nothing moves by more than `tolerance`. Where C = S along a whole line alpha cannot be seen: it
-/// goes to 0 there.
+/// The alphas that minimise F for this scene, in place; what they hold is the start. Without bounds: conjugate
+/// gradients, preconditioned with the columns along the rain, until the residual is below `tolerance` of the right side.
+/// With bounds: those columns in turn, each exactly (BoundedLines.h), until nothing moves by more than `tolerance`.
+/// Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line alpha cannot be
+/// seen: it stays bounded, and with eta > 0 it goes to 0.
+///
+/// Lines sheared along the rain, one tridiagonal system each, would need no turns; but cut from whole pixels they put
+/// alpha 40 % further from the truth at 7 degrees (RMS 0.0085 beside 0.0060), and save a third of the time at most.
 void solveAlpha(std::span<const ImageF> frames, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
                 double tolerance = 1e-7);
 
