@@ -9,7 +9,7 @@
 namespace virga::matte {
 
 struct AlternationOptions {
-    RainTerms terms;
+    RainTerms terms{};
     int iterations = 20;         // at most, >= 1; an iteration is an alpha step and a scene step
     double tolerance = 0.0;      // ends earlier once F falls by less than this share of itself; 0 = never
     double stepTolerance = 1e-7; // of the steps that iterate (RainEquation.h)

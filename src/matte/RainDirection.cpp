@@ -13,9 +13,8 @@ namespace {
 // Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, the 5-tap pair, each convolved with
 // [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out.
 constexpr int reach = 3;
-constexpr std::array<double, 7> smooth = {0.00941475, 0.08111775, 0.240585, 0.337764, 0.240585, 0.08111775, 0.00941475};
-constexpr std::array<double, 7> change = {-0.027401, -0.12397475, -0.16574650, 0.0,
-                                          0.16574650, 0.12397475, 0.027401};
+constexpr std::array<double, 4> smooth = {0.337764, 0.240585, 0.08111775, 0.00941475};  // middle and outwards
+constexpr std::array<double, 4> change = {0.0, 0.1657465, 0.12397475, 0.027401};       // the right half; odd
 
 constexpr int bins = 720;  // of the gradient's direction, half a circle
 constexpr double width = 20.0 / 180.0 * std::numbers::pi;  // of the biweight about the rain's direction [rad]
@@ -50,21 +49,21 @@ Directions gradients(const ImageF& alpha)
     std::vector<double> smoothed(static_cast<std::size_t>(columns)), changed(static_cast<std::size_t>(columns));
     for (int y = reach; y + reach < rows; ++y) {
         for (int x = 0; x < columns; ++x) {
-            double s = 0.0, c = 0.0;
-            for (std::size_t t = 0; t < smooth.size(); ++t) {
-                const double value = alpha.at(x, y + int(t) - reach);
-                s += smooth[t] * value;
-                c += change[t] * value;
+            double s = smooth[0] * alpha.at(x, y), c = 0.0;
+            for (int t = 1; t <= reach; ++t) {
+                const double above = alpha.at(x, y - t), below = alpha.at(x, y + t);
+                s += smooth[std::size_t(t)] * (above + below);
+                c += change[std::size_t(t)] * (below - above);
             }
             smoothed[std::size_t(x)] = s;
             changed[std::size_t(x)] = c;
         }
         for (int x = reach; x + reach < columns; ++x) {
-            double gx = 0.0, gy = 0.0;
-            for (std::size_t t = 0; t < smooth.size(); ++t) {
-                const std::size_t at = std::size_t(x - reach) + t;
-                gx += change[t] * smoothed[at];
-                gy += smooth[t] * changed[at];
+            double gx = 0.0, gy = smooth[0] * changed[std::size_t(x)];
+            for (int t = 1; t <= reach; ++t) {
+                const auto left = std::size_t(x - t), right = std::size_t(x + t);
+                gx += change[std::size_t(t)] * (smoothed[right] - smoothed[left]);
+                gy += smooth[std::size_t(t)] * (changed[left] + changed[right]);
             }
             if (gx == 0.0 && gy == 0.0) continue;
             sorted[std::size_t(binOf(std::atan(gy / gx)))].add({gx * gx, gx * gy, gy * gy}, 1.0);

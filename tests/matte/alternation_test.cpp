@@ -1,0 +1,204 @@
+#include "matte/Alternation.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numbers>
+
+#include "core/Error.h"
+#include "core/Parallel.h"
+#include "matte/DrawnRain.h"
+
+namespace virga {
+namespace {
+
+using matte::Alternation;
+using matte::alternate;
+using matte::AlternationOptions;
+using matte::RainTerms;
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+RainTerms bounded(double slant = 0.0)
+{
+    RainTerms terms;
+    terms.color = {0.78f, 0.80f, 0.82f};
+    terms.eta = 0.002;
+    terms.slant = slant;
+    return terms;
+}
+
+double largestAlpha(const Alternation& found)
+{
+    float largest = 0;
+    for (const ImageF& alpha : found.alphas)
+        for (const float a : alpha.values()) largest = std::max(largest, a);
+    return largest;
+}
+
+void expectBounded(const Alternation& found, float low, float high)
+{
+    for (const ImageF& alpha : found.alphas)
+        for (const float a : alpha.values()) ASSERT_TRUE(a >= 0.0f && a <= 1.0f) << a;
+    for (const float s : found.scene.values()) ASSERT_TRUE(s >= low && s <= high) << s;
+    EXPECT_FALSE(found.rose);
+}
+
+// Half step by half step, whatever the slant, with bounds and without.
+TEST(Alternation, EachHalfStepLowersTheSum)
+{
+    for (const double slant : {0.0, 7.0, -30.0, 45.0, 80.0}) {
+        for (const bool isBounded : {true, false}) {
+            const auto drawn = test::drawRain({.frames = 6, .slant = slant * degree, .noise = 0.01});
+            RainTerms terms = bounded(slant * degree);
+            terms.bounded = isBounded;
+            ImageF scene = matte::temporalMedian(drawn.frames);
+            std::vector<ImageF> alphas(6, ImageF(96, 96, 1));
+            double sum = rainObjective(drawn.frames, scene, alphas, terms).total();
+            for (int i = 0; i < 5; ++i) {
+                solveAlpha(drawn.frames, scene, terms, alphas);
+                const double after = rainObjective(drawn.frames, scene, alphas, terms).total();
+                EXPECT_LE(after, sum * (1 + 1e-6)) << slant << " alpha, iteration " << i;
+                solveScene(drawn.frames, alphas, terms, scene);
+                sum = rainObjective(drawn.frames, scene, alphas, terms).total();
+                EXPECT_LE(sum, after * (1 + 1e-6)) << slant << " scene, iteration " << i;
+            }
+        }
+    }
+}
+
+TEST(Alternation, TurnedFootageGivesTurnedAlphas)
+{
+    const auto drawn = test::drawRain({.width = 60, .height = 80, .frames = 5, .slant = 10 * degree, .noise = 0.01});
+    const auto turn = [](const ImageF& image) {
+        ImageF turned(image.height(), image.width(), image.channels());
+        for (int y = 0; y < image.height(); ++y)
+            for (int x = 0; x < image.width(); ++x)
+                for (int c = 0; c < image.channels(); ++c) turned.at(y, x, c) = image.at(x, y, c);
+        return turned;
+    };
+    std::vector<ImageF> turned;
+    for (const ImageF& frame : drawn.frames) turned.push_back(turn(frame));
+    const Alternation upright = alternate(drawn.frames, {.terms = bounded(10 * degree), .iterations = 3});
+    const Alternation lying = alternate(turned, {.terms = bounded(80 * degree), .iterations = 3});
+    for (std::size_t k = 0; k < turned.size(); ++k) {
+        const ImageF expected = turn(upright.alphas[k]);
+        for (std::size_t i = 0; i < expected.size(); ++i)
+            ASSERT_NEAR(lying.alphas[k].data()[i], expected.data()[i], 1e-5);
+    }
+}
+
+TEST(Alternation, FindsDrawnRainAndItsSlant)
+{
+    for (const double slant : {0.0, -12.0, 60.0}) {
+        const auto drawn = test::drawRain({.frames = 12, .strokes = 10, .slant = slant * degree, .noise = 0.005});
+        const Alternation found = alternate(drawn.frames, {.terms = bounded(), .iterations = 8, .findSlant = true});
+        EXPECT_NEAR(found.slant / degree, slant, 0.3);
+        double square = 0;
+        for (std::size_t k = 0; k < drawn.alphas.size(); ++k)
+            for (std::size_t i = 0; i < drawn.alphas[k].size(); ++i)
+                square += std::pow(found.alphas[k].data()[i] - drawn.alphas[k].data()[i], 2);
+        EXPECT_LT(std::sqrt(square / (12.0 * 96 * 96)), 0.02) << slant;
+        expectBounded(found, 0.1f, 0.5f);
+    }
+}
+
+TEST(Alternation, WithoutRainThereIsNoAlpha)
+{
+    const auto still = test::drawRain({.strokes = 0});
+    EXPECT_EQ(largestAlpha(alternate(still.frames, {.terms = bounded()})), 0.0);
+}
+
+TEST(Alternation, ThreadsDoNotShow)
+{
+    const auto drawn = test::drawRain({.frames = 5, .slant = 0.1, .noise = 0.01});
+    const AlternationOptions options{.terms = bounded(), .iterations = 3, .findSlant = true};
+    const Alternation many = alternate(drawn.frames, options);
+    const ThreadLimit one(1);
+    const Alternation single = alternate(drawn.frames, options);
+    EXPECT_EQ(many.slant, single.slant);
+    for (std::size_t k = 0; k < many.alphas.size(); ++k)
+        EXPECT_TRUE(std::ranges::equal(many.alphas[k].values(), single.alphas[k].values()));
+    EXPECT_TRUE(std::ranges::equal(many.scene.values(), single.scene.values()));
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// The worst inputs end in something bounded.
+
+TEST(AlternationStress, FewFrames)
+{
+    for (const int frames : {1, 2, 3}) {
+        const auto drawn = test::drawRain({.frames = frames, .noise = 0.01});
+        expectBounded(alternate(drawn.frames, {.terms = bounded(), .findSlant = true}), 0.0f, 1.0f);
+    }
+}
+
+TEST(AlternationStress, ColorsWithoutContrast)
+{
+    for (const float level : {0.0f, 0.8f, 1.0f, 1e4f}) {
+        std::vector<ImageF> frames(4, ImageF(32, 24, 3, level));
+        RainTerms terms = bounded();
+        terms.color = {0.8f, 0.8f, 0.8f};
+        for (const double eta : {0.0, 0.002}) {
+            terms.eta = eta;
+            const float slack = 1e-4f * (1.0f + level);
+            const Alternation found = alternate(frames, {.terms = terms, .iterations = 5});
+            expectBounded(found, level - slack, level + slack);
+        }
+    }
+}
+
+TEST(AlternationStress, ExtremeWeights)
+{
+    const auto drawn = test::drawRain({.frames = 4, .slant = 0.2, .noise = 0.01});
+    for (const double lambda : {0.0, 1e9}) {
+        for (const double mu : {0.0, 1e9}) {
+            RainTerms terms = bounded(0.2);
+            terms.lambda = lambda;
+            terms.mu = mu;
+            const Alternation found = alternate(drawn.frames, {.terms = terms, .iterations = 3});
+            for (const ImageF& alpha : found.alphas)
+                for (const float a : alpha.values()) ASSERT_TRUE(a >= 0.0f && a <= 1.0f) << a;
+            for (const float s : found.scene.values()) ASSERT_TRUE(std::isfinite(s) && s > -0.5f && s < 1.5f) << s;
+        }
+    }
+}
+
+TEST(AlternationStress, ThinAndBright)
+{
+    const auto column = test::drawRain({.width = 1, .height = 40, .frames = 4, .noise = 0.01});
+    expectBounded(alternate(column.frames, {.terms = bounded(), .findSlant = true}), 0.0f, 1.0f);
+
+    auto bright = test::drawRain({.frames = 4});
+    for (ImageF& frame : bright.frames)
+        for (float& value : frame.values()) value *= 1e4f;
+    RainTerms terms = bounded();
+    terms.color = {7800, 8000, 8200};
+    expectBounded(alternate(bright.frames, {.terms = terms, .iterations = 5}), 0.0f, 1e4f);
+}
+
+TEST(Alternation, SaysWhatItCannotTake)
+{
+    const auto refusal = [](const std::vector<ImageF>& frames, const AlternationOptions& options) {
+        try {
+            alternate(frames, options);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+            return std::string(error.what());
+        }
+        return std::string("taken");
+    };
+    EXPECT_NE(refusal({}, {}).find("at least one frame"), std::string::npos);
+    EXPECT_NE(refusal({ImageF(4, 4, 2)}, {}).find("1 or 3 channels"), std::string::npos);
+    EXPECT_NE(refusal({ImageF(4, 4, 3), ImageF(4, 5, 3)}, {}).find("number 2 has 4 x 5"), std::string::npos);
+    std::vector<ImageF> frames(2, ImageF(4, 4, 1));
+    frames[1].at(3, 2) = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NE(refusal(frames, {}).find("frame number 2 holds nan"), std::string::npos);
+    AlternationOptions negative;
+    negative.terms.mu = -1;
+    EXPECT_NE(refusal({ImageF(4, 4, 1)}, negative).find("not negative"), std::string::npos);
+    EXPECT_NE(refusal({ImageF(4, 4, 1)}, {.iterations = 0}).find("at least one iteration"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace virga
