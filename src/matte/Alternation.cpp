@@ -11,8 +11,9 @@ namespace {
 /// Of F: what rounding to float may add in a half step.
 constexpr double roundingShare = 1e-6;
 
-void check(std::span<const ImageF> frames, const AlternationOptions& options)
+void check(const Footage& footage, const AlternationOptions& options)
 {
+    const std::span<const ImageF> frames = footage.frames;
     if (frames.empty()) throw Error(ErrorCode::InvalidArgument, "extraction needs at least one frame and got none");
     const ImageF& first = frames[0];
     if (first.empty() || (first.channels() != 1 && first.channels() != 3))
@@ -20,8 +21,7 @@ void check(std::span<const ImageF> frames, const AlternationOptions& options)
                     first.width(), first.height(), first.channels());
     for (std::size_t k = 0; k < frames.size(); ++k) {
         const ImageF& frame = frames[k];
-        if (frame.width() != first.width() || frame.height() != first.height() ||
-            frame.channels() != first.channels())
+        if (frame.width() != first.width() || frame.height() != first.height() || frame.channels() != first.channels())
             throw Error(ErrorCode::InvalidArgument,
                         "extraction needs frames of one size; the first has {} x {} x {}, number {} has {} x {} x {}",
                         first.width(), first.height(), first.channels(), k + 1, frame.width(), frame.height(),
@@ -31,6 +31,13 @@ void check(std::span<const ImageF> frames, const AlternationOptions& options)
                 throw Error(ErrorCode::InvalidArgument, "extraction needs finite pixels; frame number {} holds {}",
                             k + 1, value);
     }
+    if (!footage.trust.empty() && footage.trust.size() != frames.size())
+        throw Error(ErrorCode::InvalidArgument, "extraction needs a trust for each of {} frames or none; got {}",
+                    frames.size(), footage.trust.size());
+    for (const ImageF& trust : footage.trust)
+        if (trust.width() != first.width() || trust.height() != first.height() || trust.channels() != 1)
+            throw Error(ErrorCode::InvalidArgument, "trust needs the frames' size, {} x {} x 1, and has {} x {} x {}",
+                        first.width(), first.height(), trust.width(), trust.height(), trust.channels());
     const RainTerms& terms = options.terms;
     const auto isCost = [](double value) { return value >= 0.0 && std::isfinite(value); };
     if (!isCost(terms.lambda) || !isCost(terms.mu) || !isCost(terms.eta))
@@ -42,25 +49,26 @@ void check(std::span<const ImageF> frames, const AlternationOptions& options)
 
 }  // namespace
 
-Alternation alternate(std::span<const ImageF> frames, const AlternationOptions& options)
+Alternation alternate(const Footage& footage, const AlternationOptions& options)
 {
-    check(frames, options);
+    check(footage, options);
+    const std::span<const ImageF> frames = footage.frames;
     RainTerms terms = options.terms;
     Alternation result;
     result.scene = temporalMedian(frames);
     result.alphas.assign(frames.size(), ImageF(result.scene.width(), result.scene.height(), 1));
 
-    double before = rainObjective(frames, result.scene, result.alphas, terms).total();
+    double before = rainObjective(footage, result.scene, result.alphas, terms).total();
     const auto falls = [&](double now) { return now <= before * (1.0 + roundingShare); };
     for (int iteration = 0; iteration < options.iterations && !result.rose; ++iteration) {
         const double atStart = before;
-        solveAlpha(frames, result.scene, terms, result.alphas, options.stepTolerance);
+        solveAlpha(footage, result.scene, terms, result.alphas, options.stepTolerance);
         result.slant = terms.slant;
-        before = rainObjective(frames, result.scene, result.alphas, terms).total();
+        before = rainObjective(footage, result.scene, result.alphas, terms).total();
         result.rose |= before > atStart * (1.0 + roundingShare);
 
-        solveScene(frames, result.alphas, terms, result.scene, options.stepTolerance);
-        const RainObjective now = rainObjective(frames, result.scene, result.alphas, terms);
+        solveScene(footage, result.alphas, terms, result.scene, options.stepTolerance);
+        const RainObjective now = rainObjective(footage, result.scene, result.alphas, terms);
         result.rose |= !falls(now.total());
         before = now.total();
         result.history.push_back(now);
@@ -72,7 +80,7 @@ Alternation alternate(std::span<const ImageF> frames, const AlternationOptions& 
             terms.slant = slant;
             // Another direction is another F.
             if (turned) {
-                before = rainObjective(frames, result.scene, result.alphas, terms).total();
+                before = rainObjective(footage, result.scene, result.alphas, terms).total();
                 continue;
             }
         }

@@ -10,10 +10,10 @@ namespace virga::matte {
 
 struct AlternationOptions {
     RainTerms terms{};
-    int iterations = 20;         // at most, >= 1; an iteration is an alpha step and a scene step
-    double tolerance = 0.0;      // ends earlier once F falls by less than this share of itself; 0 = never
-    double stepTolerance = 1e-7; // of the steps that iterate (RainEquation.h)
-    bool findSlant = false;      // terms.slant starts at 0 and is found anew after each alpha step (RainDirection.h)
+    int iterations = 20;          // at most, >= 1; an iteration is an alpha step and a scene step
+    double tolerance = 0.0;       // ends earlier once F falls by less than this share of itself; 0 = never
+    double stepTolerance = 1e-7;  // of the steps that iterate (RainEquation.h)
+    bool findSlant = false;       // terms.slant starts at 0 and is found anew after each alpha step (RainDirection.h)
 };
 
 struct Alternation {
@@ -24,8 +24,8 @@ struct Alternation {
     bool rose = false;                   // F rose in a half step, beyond rounding: the loop was stopped there
 };
 
-/// Starts from the temporal median. Needs a frame at least, all of one size and 1 or 3 channels, all finite: an
-/// Error(InvalidArgument) says what is not.
-Alternation alternate(std::span<const ImageF> frames, const AlternationOptions& options);
+/// Starts from the temporal median. Needs a frame at least, all of one size and 1 or 3 channels, all finite, and as
+/// many trusts as frames or none: an Error(InvalidArgument) says what is not.
+Alternation alternate(const Footage& footage, const AlternationOptions& options);
 
 }  // namespace virga::matte

@@ -38,8 +38,7 @@ void solveLines(LineBlock& block)
     }
     for (int i = n - 1; i >= 0; --i)
         for (int l = 0; l < lanes; ++l)
-            block.value[i][l] =
-                block.reduced_[i][l] - (i + 1 < n ? block.factor_[i][l] * block.value[i + 1][l] : 0.0);
+            block.value[i][l] = block.reduced_[i][l] - (i + 1 < n ? block.factor_[i][l] * block.value[i + 1][l] : 0.0);
 }
 
 namespace {

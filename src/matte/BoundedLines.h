@@ -13,10 +13,10 @@ struct LineBlock {
     static constexpr int lanes = 8;
     using Row = std::array<double, lanes>;
 
-    std::vector<Row> diagonal;   // > 0
-    std::vector<Row> link;       // of entry i with entry i + 1; the last is not read
+    std::vector<Row> diagonal;  // > 0
+    std::vector<Row> link;      // of entry i with entry i + 1; the last is not read
     std::vector<Row> rightSide;
-    std::vector<Row> value;      // in: where to start; out: the minimiser
+    std::vector<Row> value;  // in: where to start; out: the minimiser
 
     explicit LineBlock(int length = 0) { resize(length); }
     void resize(int length);

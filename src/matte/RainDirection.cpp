@@ -14,9 +14,9 @@ namespace {
 // [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out.
 constexpr int reach = 3;
 constexpr std::array<double, 4> smooth = {0.337764, 0.240585, 0.08111775, 0.00941475};  // middle and outwards
-constexpr std::array<double, 4> change = {0.0, 0.1657465, 0.12397475, 0.027401};       // the right half; odd
+constexpr std::array<double, 4> change = {0.0, 0.1657465, 0.12397475, 0.027401};        // the right half; odd
 
-constexpr int bins = 720;  // of the gradient's direction, half a circle
+constexpr int bins = 720;                                  // of the gradient's direction, half a circle
 constexpr double width = 20.0 / 180.0 * std::numbers::pi;  // of the biweight about the rain's direction [rad]
 constexpr int refinements = 6;
 
@@ -78,8 +78,7 @@ RainDirection rainDirection(std::span<const ImageF> alphas)
 {
     std::vector<Directions> parts(alphas.size());
     parallelFor(0, std::ptrdiff_t(alphas.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::ptrdiff_t k = first; k < last; ++k)
-            parts[std::size_t(k)] = gradients(alphas[std::size_t(k)]);
+        for (std::ptrdiff_t k = first; k < last; ++k) parts[std::size_t(k)] = gradients(alphas[std::size_t(k)]);
     });
     Directions sorted{};
     Tensor all;
@@ -94,11 +93,10 @@ RainDirection rainDirection(std::span<const ImageF> alphas)
     for (int refinement = 0; refinement < refinements; ++refinement) {
         Tensor near;
         for (int b = 0; b < bins; ++b) {
-            const double away = std::remainder((b + 0.5) / bins * std::numbers::pi - 0.5 * std::numbers::pi - axis,
-                                               std::numbers::pi);
+            const double away =
+                std::remainder((b + 0.5) / bins * std::numbers::pi - 0.5 * std::numbers::pi - axis, std::numbers::pi);
             const double share = away / width;
-            if (std::abs(share) < 1.0)
-                near.add(sorted[std::size_t(b)], (1.0 - share * share) * (1.0 - share * share));
+            if (std::abs(share) < 1.0) near.add(sorted[std::size_t(b)], (1.0 - share * share) * (1.0 - share * share));
         }
         if (!(near.trace() > 0.0)) break;
         axis = near.axis();

@@ -28,18 +28,17 @@ std::vector<double> visibility(const ImageF& scene, const RainTerms& terms)
     return seen;
 }
 
-/// The right side of alpha's equation at pixel i of a frame.
+/// What the data ask of alpha at a pixel of a frame: the sum over channels of (C - S) (I - S).
 double pull(const float* pixel, const float* scene, int channels, const RainTerms& terms)
 {
-    double sum = -terms.eta;
-    for (int j = 0; j < channels; ++j)
-        sum += (double(terms.color[j]) - scene[j]) * (double(pixel[j]) - scene[j]);
+    double sum = 0.0;
+    for (int j = 0; j < channels; ++j) sum += (double(terms.color[j]) - scene[j]) * (double(pixel[j]) - scene[j]);
     return sum;
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
-// The matrix of sum (sin dx + cos dy)^2, entry by entry. A column goes along the rain as far as the grid allows: down the
-// picture, or, beyond 45 degrees, across it; the formulas are the same with the axes swapped.
+// The matrix of sum (sin dx + cos dy)^2, entry by entry. A column goes along the rain as far as the grid allows: down
+// the picture, or, beyond 45 degrees, across it; the formulas are the same with the axes swapped.
 
 struct AlongRain {
     int columns, rows;
@@ -98,12 +97,19 @@ struct AlongRain {
 /// The equation for one frame's alpha.
 class AlphaEquation {
 public:
-    AlphaEquation(const ImageF& frame, const ImageF& scene, const std::vector<double>& seen, const RainTerms& terms)
-        : matrix_(frame.width(), frame.height(), terms.slant), seen_(seen), mu_(terms.mu), right_(seen.size())
+    AlphaEquation(const Footage& footage, std::size_t k, const ImageF& scene, std::vector<double> seen,
+                  const RainTerms& terms)
+        : matrix_(scene.width(), scene.height(), terms.slant), seen_(std::move(seen)), mu_(terms.mu),
+          right_(seen_.size())
     {
-        for (std::size_t i = 0; i < right_.size(); ++i)
-            right_[i] = pull(frame.data() + i * frame.channels(), scene.data() + i * frame.channels(),
-                             frame.channels(), terms);
+        const int channels = scene.channels();
+        for (std::size_t i = 0; i < right_.size(); ++i) {
+            const double trust = footage.trusted(k, i);
+            seen_[i] *= trust;
+            right_[i] =
+                trust * pull(footage.frames[k].data() + i * channels, scene.data() + i * channels, channels, terms) -
+                terms.eta;
+        }
     }
 
     /// Conjugate gradients, with the columns alone as preconditioner.
@@ -219,7 +225,7 @@ private:
     }
 
     AlongRain matrix_;
-    const std::vector<double>& seen_;
+    std::vector<double> seen_;
     double mu_;
     std::vector<double> right_;
 };
@@ -245,9 +251,10 @@ double rainRoughness(const ImageF& alpha, const RainTerms& terms)
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-RainObjective rainObjective(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> alphas,
+RainObjective rainObjective(const Footage& footage, const ImageF& scene, std::span<const ImageF> alphas,
                             const RainTerms& terms)
 {
+    const std::span<const ImageF> frames = footage.frames;
     assert(frames.size() == alphas.size());
     const int channels = scene.channels();
     std::vector<RainObjective> parts(frames.size());
@@ -256,11 +263,11 @@ RainObjective rainObjective(std::span<const ImageF> frames, const ImageF& scene,
             const ImageF &frame = frames[std::size_t(k)], &alpha = alphas[std::size_t(k)];
             RainObjective& part = parts[std::size_t(k)];
             for (std::size_t i = 0; i < alpha.size(); ++i) {
-                const double a = alpha.data()[i];
+                const double a = alpha.data()[i], trust = footage.trusted(std::size_t(k), i);
                 for (int j = 0; j < channels; ++j) {
                     const double e = frame.data()[i * channels + j] - (1.0 - a) * scene.data()[i * channels + j] -
                                      a * terms.color[j];
-                    part.data += e * e;
+                    part.data += trust * e * e;
                 }
                 part.cost += 2.0 * terms.eta * a;
             }
@@ -303,9 +310,10 @@ ImageF temporalMedian(std::span<const ImageF> frames)
     return median;
 }
 
-void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
+void solveScene(const Footage& footage, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
                 double tolerance)
 {
+    const std::span<const ImageF> frames = footage.frames;
     assert(frames.size() == alphas.size());
     const int width = scene.width(), height = scene.height(), channels = scene.channels();
     const std::size_t n = std::size_t(width) * std::size_t(height);
@@ -314,10 +322,11 @@ void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, 
         for (std::size_t k = 0; k < frames.size(); ++k)
             for (std::ptrdiff_t i = first; i < last; ++i) {
                 const double a = alphas[k].data()[i], through = 1.0 - a;
-                weight[std::size_t(i)] += through * through;
+                const double trust = footage.trusted(k, std::size_t(i));
+                weight[std::size_t(i)] += trust * through * through;
                 for (int j = 0; j < channels; ++j)
                     right[std::size_t(i * channels + j)] +=
-                        through * (frames[k].data()[i * channels + j] - a * terms.color[j]);
+                        trust * through * (frames[k].data()[i * channels + j] - a * terms.color[j]);
             }
     });
 
@@ -380,14 +389,15 @@ void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, 
     });
 }
 
-void solveAlpha(std::span<const ImageF> frames, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
+void solveAlpha(const Footage& footage, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
                 double tolerance)
 {
+    const std::span<const ImageF> frames = footage.frames;
     assert(frames.size() == alphas.size());
     const std::vector<double> seen = visibility(scene, terms);
     parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t k = first; k < last; ++k) {
-            AlphaEquation equation(frames[std::size_t(k)], scene, seen, terms);
+            AlphaEquation equation(footage, std::size_t(k), scene, seen, terms);
             if (terms.bounded)
                 equation.solveBounded(alphas[std::size_t(k)], tolerance);
             else

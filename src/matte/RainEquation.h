@@ -1,9 +1,11 @@
 // Rain over a still scene: I = (1 - alpha) S + alpha C, and what it costs to explain footage with it.
 // Wang, Lin, Fang, Xie, Zheng, Zhang, "Real-time photorealistic rain", 2006, Eq. (1):
 //
-//   F(S, alpha) = sum over pixels, channels, frames of (I - (1 - alpha) S - alpha C)^2
+//   F(S, alpha) = sum over pixels, channels, frames of w (I - (1 - alpha) S - alpha C)^2
 //               + lambda sum |grad S|^2 + mu sum (grad alpha . D0)^2  [+ 2 eta sum alpha]
 //
+// The paper has w = 1. Ours is a trust in each pixel of each frame, 0..1: where something moves that is not rain, the
+// still scene explains nothing, and alpha is carried on along the stroke from where it is seen.
 // Eq. (1) alone is ill-posed: its data term does not change under S - C -> s (S - C), 1 - alpha -> (1 - alpha) / s.
 // 0 <= alpha <= 1 inside the solve and the linear cost eta on alpha make it well-posed; both are ours, not the paper's.
 //
@@ -29,33 +31,42 @@ struct RainTerms {
     bool bounded = true;                     // 0 <= alpha <= 1
 };
 
+/// What F explains. Views of pictures that somebody else holds.
+struct Footage {
+    std::span<const ImageF> frames;
+    std::span<const ImageF> trust = {};  // w, one a frame, 1 channel, 0..1; none = 1 everywhere
+
+    /// The trust in pixel i of frame k.
+    double trusted(std::size_t k, std::size_t i) const { return trust.empty() ? 1.0 : double(trust[k].data()[i]); }
+};
+
 /// The four sums of F, in double.
 struct RainObjective {
     double data = 0, scene = 0, rain = 0, cost = 0;
     double total() const { return data + scene + rain + cost; }
 };
 
-RainObjective rainObjective(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> alphas,
+RainObjective rainObjective(const Footage& footage, const ImageF& scene, std::span<const ImageF> alphas,
                             const RainTerms& terms);
 
 /// Per-pixel median over the frames; the mean of the middle two of an even number.
 ImageF temporalMedian(std::span<const ImageF> frames);
 
 /// The scene that minimises F for these alphas, in place: conjugate gradients from what `scene` holds, until the
-/// residual is below `tolerance` of the right side (or 500 steps; F never rises). A pixel covered in all frames takes
-/// its neighbours' colour through lambda; with lambda = 0 it keeps what it has.
-void solveScene(std::span<const ImageF> frames, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
+/// residual is below `tolerance` of the right side (or 500 steps; F never rises). A pixel covered, or not trusted, in
+/// all frames takes its neighbours' colour through lambda; with lambda = 0 it keeps what it has.
+void solveScene(const Footage& footage, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
                 double tolerance = 1e-7);
 
 /// The alphas that minimise F for this scene, in place; what they hold is the start. Without bounds: conjugate
-/// gradients, preconditioned with the columns along the rain, until the residual is below `tolerance` of the right side.
-/// With bounds: those columns in turn, each exactly (BoundedLines.h), until nothing moves by more than `tolerance`.
-/// Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line alpha cannot be
-/// seen: it stays bounded, and with eta > 0 it goes to 0.
+/// gradients, preconditioned with the columns along the rain, until the residual is below `tolerance` of the right
+/// side. With bounds: those columns in turn, each exactly (BoundedLines.h), until nothing moves by more than
+/// `tolerance`. Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line
+/// alpha cannot be seen: it stays bounded, and with eta > 0 it goes to 0.
 ///
 /// Lines sheared along the rain, one tridiagonal system each, would need no turns; but cut from whole pixels they put
 /// alpha 40 % further from the truth at 7 degrees (RMS 0.0085 beside 0.0060), and save a third of the time at most.
-void solveAlpha(std::span<const ImageF> frames, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
+void solveAlpha(const Footage& footage, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
                 double tolerance = 1e-7);
 
 }  // namespace virga::matte

@@ -111,7 +111,7 @@ TEST(Reference, ThePapersAlternation)
         const Solution expected = readSolution(folder() / (std::string(c.name) + ".f32"));
         AlternationOptions options = reference(c.slant);
         options.terms.bounded = false;
-        const Alternation found = alternate(frames, options);
+        const Alternation found = alternate({frames}, options);
         EXPECT_LT(largestDifference(found.scene, expected.scene), 1e-5);
         EXPECT_LT(largestDifference(found.alphas, expected.alphas), 1e-5);
         EXPECT_FALSE(found.rose);
@@ -134,7 +134,7 @@ TEST(Reference, BoundsAndALinearCost)
         options.terms.eta = 0.003411764705882353;
         options.tolerance = 1e-10;
         options.iterations = 60;
-        const Alternation found = alternate(frames, options);
+        const Alternation found = alternate({frames}, options);
         EXPECT_LT(largestDifference(found.scene, expected.scene), 1e-4);
         EXPECT_LT(largestDifference(found.alphas, expected.alphas), 1e-4);
         EXPECT_FALSE(found.rose);
@@ -152,9 +152,9 @@ TEST(Reference, TheSlantIsFoundOnTheWay)
         const char* name;
         double slant, eta, alphaError, sceneError;
     };
-    for (const Row& row : {Row{"slant+0_noise0", 0, 0.001, 0.003725, 0.000521},
-                           Row{"slant+0_noise2", 0, 0.0034118, 0.006021, 0.001952},
-                           Row{"slant+7_noise2", 7, 0.0034118, 0.005993, 0.001943}}) {
+    for (const Row& row :
+         {Row{"slant+0_noise0", 0, 0.001, 0.003725, 0.000521}, Row{"slant+0_noise2", 0, 0.0034118, 0.006021, 0.001952},
+          Row{"slant+7_noise2", 7, 0.0034118, 0.005993, 0.001943}}) {
         SCOPED_TRACE(row.name);
         const auto frames = readStack(folder() / (std::string(row.name) + "_I.png"));
         const auto truth = readStack(folder() / (std::string(row.name) + "_alpha_true.png"));
@@ -163,7 +163,7 @@ TEST(Reference, TheSlantIsFoundOnTheWay)
         options.terms.eta = row.eta;
         options.findSlant = true;
         options.stepTolerance = 1e-4;
-        const Alternation found = alternate(frames, options);
+        const Alternation found = alternate({frames}, options);
         double square = 0;
         for (int k = 0; k < count; ++k) square += std::pow(rms(found.alphas[k], truth[k]), 2);
         EXPECT_LT(std::sqrt(square / count), row.alphaError * 1.01);

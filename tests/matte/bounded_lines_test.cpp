@@ -1,9 +1,9 @@
-#include "matte/BoundedLines.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
+
+#include "matte/BoundedLines.h"
 
 namespace virga {
 namespace {

@@ -1,10 +1,9 @@
-#include "matte/RainDirection.h"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "matte/DrawnRain.h"
+#include "matte/RainDirection.h"
 
 namespace virga {
 namespace {
