@@ -4,6 +4,7 @@
 
 #include "core/Error.h"
 #include "matte/RainDirection.h"
+#include "matte/TemporalMedian.h"
 
 namespace virga::matte {
 namespace {

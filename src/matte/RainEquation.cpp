@@ -291,25 +291,6 @@ RainObjective rainObjective(const Footage& footage, const ImageF& scene, std::sp
     return sum;
 }
 
-ImageF temporalMedian(std::span<const ImageF> frames)
-{
-    assert(!frames.empty());
-    ImageF median(frames[0].width(), frames[0].height(), frames[0].channels());
-    parallelFor(0, std::ptrdiff_t(median.size()), 4096, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        std::vector<float> values(frames.size());
-        const std::size_t half = values.size() / 2;
-        for (std::ptrdiff_t i = first; i < last; ++i) {
-            for (std::size_t k = 0; k < values.size(); ++k) values[k] = frames[k].data()[i];
-            std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(half), values.end());
-            float middle = values[half];
-            if (values.size() % 2 == 0)
-                middle = 0.5f * (middle + *std::max_element(values.begin(), values.begin() + std::ptrdiff_t(half)));
-            median.data()[i] = middle;
-        }
-    });
-    return median;
-}
-
 void solveScene(const Footage& footage, std::span<const ImageF> alphas, const RainTerms& terms, ImageF& scene,
                 double tolerance)
 {

@@ -49,9 +49,6 @@ struct RainObjective {
 RainObjective rainObjective(const Footage& footage, const ImageF& scene, std::span<const ImageF> alphas,
                             const RainTerms& terms);
 
-/// Per-pixel median over the frames; the mean of the middle two of an even number.
-ImageF temporalMedian(std::span<const ImageF> frames);
-
 /// The scene that minimises F for these alphas, in place: conjugate gradients from what `scene` holds, until the
 /// residual is below `tolerance` of the right side (or 500 steps; F never rises). A pixel covered, or not trusted, in
 /// all frames takes its neighbours' colour through lambda; with lambda = 0 it keeps what it has.

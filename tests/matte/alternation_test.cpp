@@ -8,6 +8,7 @@
 #include "core/Error.h"
 #include "core/Parallel.h"
 #include "matte/DrawnRain.h"
+#include "matte/TemporalMedian.h"
 
 namespace virga {
 namespace {

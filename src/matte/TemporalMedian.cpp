@@ -1,0 +1,69 @@
+#include "matte/TemporalMedian.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <utility>
+#include <vector>
+
+#include "core/Parallel.h"
+
+namespace virga::matte {
+namespace {
+
+constexpr std::ptrdiff_t tile = 64;  // values that are sorted side by side
+using Row = std::array<float, tile>;
+
+/// Pairs to compare and exchange, in order, that sort `count` values whatever they are: merge exchange (Batcher 1968;
+/// Knuth, The Art of Computer Programming 3, algorithm 5.2.2M).
+std::vector<std::pair<int, int>> sortingNetwork(int count)
+{
+    std::vector<std::pair<int, int>> pairs;
+    if (count < 2) return pairs;
+    const int top = int(std::bit_ceil(unsigned(count))) / 2;
+    for (int p = top; p > 0; p /= 2) {
+        int q = top, r = 0, d = p;
+        while (true) {
+            for (int i = 0; i + d < count; ++i)
+                if ((i & p) == r) pairs.emplace_back(i, i + d);
+            if (q == p) break;
+            d = q - p;
+            q /= 2;
+            r = p;
+        }
+    }
+    return pairs;
+}
+
+}  // namespace
+
+ImageF temporalMedian(std::span<const ImageF> frames)
+{
+    assert(!frames.empty());
+    ImageF median(frames[0].width(), frames[0].height(), frames[0].channels());
+    const std::size_t count = frames.size();
+    const auto network = sortingNetwork(int(count));
+    const std::ptrdiff_t size = std::ptrdiff_t(median.size()), tiles = (size + tile - 1) / tile;
+    parallelFor(0, tiles, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<Row> rows(count);
+        for (std::ptrdiff_t t = first; t < last; ++t) {
+            const std::ptrdiff_t begin = t * tile, length = std::min(tile, size - begin);
+            for (std::size_t k = 0; k < count; ++k) std::copy_n(frames[k].data() + begin, length, rows[k].begin());
+            for (const auto& [low, high] : network) {
+                Row &a = rows[std::size_t(low)], &b = rows[std::size_t(high)];
+                for (std::size_t i = 0; i < a.size(); ++i) {
+                    const float least = std::min(a[i], b[i]), most = std::max(a[i], b[i]);
+                    a[i] = least;
+                    b[i] = most;
+                }
+            }
+            const Row &below = rows[(count - 1) / 2], &above = rows[count / 2];
+            for (std::ptrdiff_t i = 0; i < length; ++i)
+                median.data()[begin + i] = 0.5f * (below[std::size_t(i)] + above[std::size_t(i)]);
+        }
+    });
+    return median;
+}
+
+}  // namespace virga::matte
