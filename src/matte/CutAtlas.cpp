@@ -1,6 +1,7 @@
 #include "matte/CutAtlas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -19,14 +20,27 @@ double smoothFade(double inside, double over)
     return t * t * (3 - 2 * t);
 }
 
+// Weights of the four pixels around a point, f past the second (Catmull and Rom 1974). They sum to 1, so mass is kept,
+// and unlike linear ones they leave no dark bands where a slanted ridge passes between pixels.
+std::array<double, 4> cubic(double f)
+{
+    return {f * (-0.5 + f * (1 - 0.5 * f)), 1 + f * f * (-2.5 + 1.5 * f), f * (0.5 + f * (2 - 1.5 * f)),
+            f * f * (-0.5 + 0.5 * f)};
+}
+
 double sample(const ImageF& image, double x, double y)
 {
-    x = std::clamp(x, 0.0, image.width() - 1.0), y = std::clamp(y, 0.0, image.height() - 1.0);
-    const int i = int(x), j = int(y);
-    const int right = std::min(i + 1, image.width() - 1), below = std::min(j + 1, image.height() - 1);
-    const double f = x - i, g = y - j;
-    const auto at = [&](int p, int q) { return std::isfinite(image.at(p, q)) ? double(image.at(p, q)) : 0.0; };
-    return (1 - g) * ((1 - f) * at(i, j) + f * at(right, j)) + g * ((1 - f) * at(i, below) + f * at(right, below));
+    const double i = std::floor(x), j = std::floor(y);
+    const std::array<double, 4> across = cubic(x - i), down = cubic(y - j);
+    double sum = 0;
+    for (int q = 0; q < 4; ++q) {
+        const float* row = image.row(std::clamp(int(j) + q - 1, 0, image.height() - 1));
+        for (int p = 0; p < 4; ++p) {
+            const float value = row[std::clamp(int(i) + p - 1, 0, image.width() - 1)];
+            if (std::isfinite(value)) sum += across[std::size_t(p)] * down[std::size_t(q)] * value;
+        }
+    }
+    return sum;
 }
 
 bool overlap(const RainStroke& a, const RainStroke& b)
@@ -34,6 +48,14 @@ bool overlap(const RainStroke& a, const RainStroke& b)
     if (a.frame != b.frame) return false;
     const double s = std::sin(a.slant), c = std::cos(a.slant), dx = b.x - a.x, dy = b.y - a.y;
     return std::abs(dx * c - dy * s) < (a.width + b.width) / 2 && std::abs(dx * s + dy * c) < (a.length + b.length) / 2;
+}
+
+// A drop is gone in the next frame; what is there still, a few pixels on, is a leg or a branch.
+bool returns(const RainStroke& a, const RainStroke& b)
+{
+    const auto alike = [](double p, double q) { return p < 1.4 * q && q < 1.4 * p; };
+    return std::abs(a.frame - b.frame) == 1 && std::hypot(a.x - b.x, a.y - b.y) < 6 && alike(a.length, b.length) &&
+           alike(a.width, b.width) && alike(a.contrast, b.contrast);
 }
 
 int medianSize(std::vector<double> sizes, int least, int most)
@@ -55,6 +77,9 @@ std::vector<RainStroke> bestStrokes(std::span<const RainStroke> strokes, int cou
         if (int(best.size()) >= count) break;
         const RainStroke& stroke = strokes[n];
         if (!stroke.inside || !(stroke.score > 0)) continue;
+        if (std::any_of(strokes.begin(), strokes.end(),
+                        [&](const RainStroke& other) { return returns(other, stroke); }))
+            continue;
         if (std::none_of(best.begin(), best.end(), [&](const RainStroke& other) { return overlap(other, stroke); }))
             best.push_back(stroke);
     }

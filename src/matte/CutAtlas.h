@@ -18,7 +18,8 @@ struct CutAtlasOptions {
     float exposure = 0;           // of the footage [s], 0 unknown
 };
 
-/// The best by score, best first: those whole inside their frame, no two of which overlap in one frame.
+/// The best by score, best first: those whole inside their frame, no two of which overlap in one frame, and none that is
+/// seen again in the frame before or after, within 6 px and alike in size and contrast: rain does not stand still.
 std::vector<RainStroke> bestStrokes(std::span<const RainStroke> strokes, int count);
 
 /// How much of the picture a stroke's tile shows [px]: acrossWidths strokes across; along, the stroke and half a width
@@ -30,7 +31,7 @@ TileExtent tileExtent(const RainStroke& stroke, double acrossWidths) noexcept;
 
 /// One stroke, upright, in units of alpha: less its background, masked to its own reach, faded to 0 over the outer
 /// tenth of the tile's width and the outer half of the margin at its ends. Each texel is the mean of the alpha
-/// (interpolated linearly) over the texel's area, so that sum x texel area is the stroke's mass at any size. Values may
+/// (interpolated cubically) over the texel's area, so that sum x texel area is the stroke's mass at any size. Values may
 /// be slightly below 0 where there is noise.
 ImageF cutStroke(const ImageF& alpha, const RainStroke& stroke, int width, int height, double acrossWidths);
 

@@ -22,23 +22,15 @@ constexpr double kLink = 1.5;   // [px] across from one row to the next: ridges 
 constexpr double kStep = 0.25;  // [px] across, of the grid that strokes are measured on
 constexpr int kPad = 8;         // [px] along, how far that grid goes beyond the ends
 
-// An alpha with bounds that repeat and no value that is not finite.
-struct Source {
-    const ImageF& image;
-
-    double at(int x, int y) const
-    {
-        const float value = image.at(std::clamp(x, 0, image.width() - 1), std::clamp(y, 0, image.height() - 1));
-        return std::isfinite(value) ? value : 0.0;
-    }
-    double linear(double x, double y) const
-    {
-        x = std::clamp(x, 0.0, image.width() - 1.0), y = std::clamp(y, 0.0, image.height() - 1.0);
-        const int i = int(x), j = int(y);
-        const double f = x - i, g = y - j;
-        return (1 - g) * ((1 - f) * at(i, j) + f * at(i + 1, j)) + g * ((1 - f) * at(i, j + 1) + f * at(i + 1, j + 1));
-    }
-};
+// The value at a point, linear between pixels, with bounds that repeat.
+double linear(const ImageF& image, double x, double y)
+{
+    x = std::clamp(x, 0.0, image.width() - 1.0), y = std::clamp(y, 0.0, image.height() - 1.0);
+    const int i = int(x), j = int(y), right = i + 1 < image.width() ? 1 : 0;
+    const float *row = image.row(j) + i, *below = j + 1 < image.height() ? image.row(j + 1) + i : row;
+    const double f = x - i, g = y - j;
+    return (1 - g) * ((1 - f) * row[0] + f * row[right]) + g * ((1 - f) * below[0] + f * below[right]);
+}
 
 // The turned picture: u across, v along the rain, [px] from the middle of the alpha's.
 struct Frame {
@@ -93,11 +85,10 @@ Upright upright(const ImageF& alpha, double slant)
     const int width = int(std::ceil((alpha.width() - 1) * c + (alpha.height() - 1) * s - 1e-9)) + 1;
     const int height = int(std::ceil((alpha.height() - 1) * c + (alpha.width() - 1) * s - 1e-9)) + 1;
     up.u0 = -(width - 1) / 2.0, up.v0 = -(height - 1) / 2.0;
-    const Source source{alpha};
     ImageF turned(width, height, 1);
     for (int j = 0; j < height; ++j)
         for (int i = 0; i < width; ++i)
-            turned.at(i, j) = float(source.linear(up.frame.x(up.u0 + i, up.v0 + j), up.frame.y(up.u0 + i, up.v0 + j)));
+            turned.at(i, j) = float(linear(alpha, up.frame.x(up.u0 + i, up.v0 + j), up.frame.y(up.u0 + i, up.v0 + j)));
 
     std::array<float, 2 * kBlurReach + 1> kernel;
     double sum = 0;
@@ -310,13 +301,12 @@ void measure(const ImageF& alpha, const Upright& up, const Ridge& ridge, int fra
     const double from = (ridge.front().row + up.v0 - line.v) / std::cos(turn);
     const double to = (ridge.back().row + up.v0 - line.v) / std::cos(turn);
     const int rows = int(std::ceil(to - from)) + 1 + 2 * kPad, first = kPad, last = rows - kPad;
-    const int half = int((options.maxWidth / 2 + 2 + kBeside) / kStep), columns = 2 * half + 1;
+    const int half = int((options.maxWidth / 2 + 2) / kStep), columns = 2 * half + 1;
     const double top = from - kPad;
-    const Source source{alpha};
     Image<double> grid(columns, rows, 1);
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i)
-            grid.at(i, j) = source.linear(own.x((i - half) * kStep, top + j), own.y((i - half) * kStep, top + j));
+            grid.at(i, j) = linear(alpha, own.x((i - half) * kStep, top + j), own.y((i - half) * kStep, top + j));
 
     RainStroke stroke;
     stroke.frame = frame;
@@ -324,8 +314,9 @@ void measure(const ImageF& alpha, const Upright& up, const Ridge& ridge, int fra
     for (int j = first; j < last; ++j)
         for (int i = 0; i < columns; ++i) profile[std::size_t(i)] += grid.at(i, j) / (last - first);
     for (int j = first; j < last; ++j)
-        for (int i = 0; i < columns; ++i)
-            if (std::abs(i - half) * kStep > options.maxWidth / 2 + 2) work.push_back(grid.at(i, j));
+        for (int k = 0; k < kBeside; ++k)
+            for (const double t : {options.maxWidth / 2 + 2.5 + k, -options.maxWidth / 2 - 2.5 - k})
+                work.push_back(linear(alpha, own.x(t, top + j), own.y(t, top + j)));
     stroke.background = medianOf(work);
     for (double& value : profile) value -= stroke.background;
 
@@ -417,6 +408,21 @@ void measure(const ImageF& alpha, const Upright& up, const Ridge& ridge, int fra
             stroke.peak = std::max(stroke.peak, along[std::size_t(j)]);
         }
     stroke.mean = counted > 0 ? sum / counted : stroke.contrast;
+    // Each row explained by its multiple of the mean profile.
+    const int lower = std::max(middle - left, 0), upper = std::min(middle + right, columns - 1);
+    const double margin = std::max(stroke.width, 2.0) / 2;
+    double energy = 0, explained = 0, norm = 0;
+    for (int i = lower; i <= upper; ++i) norm += profile[std::size_t(i)] * profile[std::size_t(i)];
+    for (int j = 0; j < rows; ++j) {
+        if (top + j < begin - margin || top + j > end + margin) continue;
+        double projection = 0;
+        for (int i = lower; i <= upper; ++i) {
+            const double value = grid.at(i, j) - stroke.background;
+            projection += value * profile[std::size_t(i)], energy += value * value;
+        }
+        explained += projection * projection / norm;
+    }
+    stroke.plainness = energy > 0 ? std::min(explained / energy, 1.0) : 0.0;
     stroke.slant = std::remainder(slant, std::numbers::pi);
     stroke.x = own.x(across, (begin + end) / 2);
     stroke.y = own.y(across, (begin + end) / 2);
@@ -447,16 +453,20 @@ void measure(const ImageF& alpha, const Upright& up, const Ridge& ridge, int fra
         for (const double t : {-stroke.width / 2 - 0.5, stroke.width / 2 + 0.5})
             stroke.inside = stroke.inside && within(alpha, own.x(across + t, w), own.y(across + t, w));
     if (stroke.inside)
-        stroke.score = stroke.straightness * stroke.isolation * std::sqrt(stroke.sharpness) *
-                       std::min(1.0, stroke.length / (4 * stroke.width)) * stroke.contrast /
+        stroke.score = stroke.straightness * stroke.isolation * stroke.plainness * std::sqrt(stroke.sharpness) *
+                       std::min(1.0, stroke.length / (6 * stroke.width)) *
+                       std::min(1.0, 1.5 * stroke.contrast / stroke.peak) * stroke.contrast /
                        (stroke.contrast + 4 * sigma);
     out.push_back(stroke);
 }
 
-std::vector<RainStroke> strokesIn(const ImageF& alpha, int frame, const RainStrokeOptions& options)
+std::vector<RainStroke> strokesIn(const ImageF& given, int frame, const RainStrokeOptions& options)
 {
     std::vector<RainStroke> found;
-    if (alpha.empty()) return found;
+    if (given.empty()) return found;
+    ImageF alpha = given;
+    for (float& value : alpha.values())
+        if (!std::isfinite(value)) value = 0;
     Upright up = upright(alpha, options.slant);
     const int away = int(std::ceil(options.maxWidth / 2)) + 2;
     const auto inFrame = [&](int i, int j) {

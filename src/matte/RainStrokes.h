@@ -27,21 +27,23 @@ struct RainStrokeOptions {
 };
 
 struct RainStroke {
-    int frame = 0;            // index into the alphas
-    double x = 0, y = 0;      // middle [px]
-    double slant = 0;         // its own [rad]
-    double length = 0;        // [px], between the points where alpha is half of its median along the stroke
-    double width = 0;         // [px], full width at half maximum of the mean profile across
-    double widthMoment = 0;   // [px], sqrt(12) standard deviations of that profile: the width of a box
-    double peak = 0;          // alpha over the background: the greatest along the stroke, in the middle half of its width
-    double mean = 0;          // the mean over length x width
-    double contrast = 0;      // the median along the stroke
-    double background = 0;    // median alpha beside the stroke
+    int frame = 0;           // index into the alphas
+    double x = 0, y = 0;     // middle [px]
+    double slant = 0;        // its own [rad]
+    double length = 0;       // [px], between the points where alpha is half of its median along the stroke
+    double width = 0;        // [px], full width at half maximum of the mean profile across
+    double widthMoment = 0;  // [px], sqrt(12) standard deviations of that profile: the width of a box
+    double peak = 0;        // alpha over the background: the greatest along the stroke, in the middle half of its width
+    double mean = 0;        // the mean over length x width
+    double contrast = 0;    // the median along the stroke
+    double background = 0;  // median alpha beside the stroke
     double straightness = 0;  // 1 / (1 + (r / (width / 4))^2), r rms distance of the ridge from its line
     double isolation = 0;     // 1 - (alpha around it, 9th decile) / contrast, 0..1
     double sharpness = 0;     // steepest flank across / height [1/px], at most 1
     double reachLeft = 0;     // [px] across, from the middle to the valley before the next stroke, or to where
     double reachRight = 0;    //      nothing of the stroke is left; left is x < middle for upright strokes
+    double plainness = 0;     // share of its energy that one profile along times one across explains, 0..1: what
+                              // forks, bends or is speckled has less
     bool inside = false;      // whole inside the frame
     double score = 0;         // 0..1, below
 };
@@ -56,7 +58,8 @@ struct RainStroke {
 /// lesser) and where brightness or width jumps by 1.6 and is steady on either side. Sizes are measured in the alphas
 /// themselves, not in what was filtered.
 ///
-/// score = straightness * isolation * sqrt(sharpness) * min(1, length / (4 width)) * snr / (snr + 4),
+/// score = straightness * isolation * plainness * sqrt(sharpness) * min(1, length / (6 width))
+///         * min(1, 1.5 contrast / peak) * snr / (snr + 4),
 /// snr = contrast / sigma; 0 for strokes that the frame cuts.
 ///
 /// Values that are not finite count as 0. Throws Error(InvalidArgument) naming an option out of range, Error(Internal)

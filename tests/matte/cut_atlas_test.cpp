@@ -29,8 +29,8 @@ std::vector<ImageF> rain(double slant)
     std::vector<ImageF> alphas(3, ImageF(260, 200, 1));
     for (int k = 0; k < 3; ++k)
         for (int n = 0; n < 5; ++n)
-            draw(alphas[std::size_t(k)], 40 + 44 * n, 90 + 5 * n - 3 * k, 24 + 8 * n, 0.8 + 0.2 * n, 0.2 + 0.1 * k,
-                 slant);
+            draw(alphas[std::size_t(k)], 35 + 44 * n + 7 * k, 90 + 5 * n - 3 * k, 24 + 8 * n, 0.8 + 0.2 * n,
+                 0.2 + 0.1 * k, slant);
     return alphas;
 }
 
@@ -135,6 +135,9 @@ TEST(CutAtlas, TheBestAreTakenAndNoneTwice)
     const auto few = matte::bestStrokes(strokes, 4);
     ASSERT_EQ(few.size(), 4u);
     for (std::size_t n = 0; n < 4; ++n) EXPECT_EQ(few[n].score, once[n].score);
+    // What stands still is not rain.
+    const std::vector<ImageF> still(2, alphas[0]);
+    EXPECT_TRUE(matte::bestStrokes(matte::findRainStrokes(still, {.slant = 0.15}), 64).empty());
     for (std::size_t n = 1; n < once.size(); ++n) EXPECT_LE(once[n].score, once[n - 1].score);
 }
 
