@@ -453,8 +453,8 @@ void measure(const ImageF& alpha, const Upright& up, const Ridge& ridge, int fra
         for (const double t : {-stroke.width / 2 - 0.5, stroke.width / 2 + 0.5})
             stroke.inside = stroke.inside && within(alpha, own.x(across + t, w), own.y(across + t, w));
     if (stroke.inside)
-        stroke.score = stroke.straightness * stroke.isolation * stroke.plainness * std::sqrt(stroke.sharpness) *
-                       std::min(1.0, stroke.length / (6 * stroke.width)) *
+        stroke.score = stroke.straightness * stroke.isolation * stroke.plainness * stroke.plainness *
+                       std::sqrt(stroke.sharpness) * std::min(1.0, stroke.length / (4 * stroke.width)) *
                        std::min(1.0, 1.5 * stroke.contrast / stroke.peak) * stroke.contrast /
                        (stroke.contrast + 4 * sigma);
     out.push_back(stroke);
@@ -525,20 +525,33 @@ RainStatistics rainStatistics(std::span<const RainStroke> strokes, std::span<con
 {
     RainStatistics statistics;
     statistics.count = int(strokes.size());
-    std::complex<double> sum = 0;
-    double weights = 0;
-    std::vector<double> lengths;
+    std::vector<double> weights, lengths;
     for (const RainStroke& stroke : strokes) {
-        const double weight = std::pow(stroke.length, 3);
-        sum += std::polar(weight, 2 * stroke.slant);
-        weights += weight;
+        const double quality = stroke.isolation * stroke.straightness * stroke.plainness;
+        weights.push_back(std::pow(stroke.length, 3) * (quality * quality + 1e-6));
         if (!stroke.inside) continue;
         lengths.push_back(stroke.length);
         statistics.meanLength += stroke.length, statistics.meanWidth += stroke.width;
     }
-    if (weights > 0 && std::abs(sum) > 0) {
+    // The mean of all, then three times again with a biweight about the last one, six median deviations wide.
+    for (int round = 0; round < 4; ++round) {
+        std::vector<double> off;
+        for (const RainStroke& stroke : strokes)
+            off.push_back(std::abs(std::remainder(stroke.slant - statistics.slant, std::numbers::pi)));
+        std::vector<double> work = off;
+        const double reach = round == 0 ? 0.0 : 6 * medianOf(work);
+        std::complex<double> sum = 0;
+        double total = 0;
+        for (std::size_t n = 0; n < strokes.size(); ++n) {
+            const double t = reach > 0 ? std::min(off[n] / reach, 1.0) : 0.0;
+            const double weight = weights[n] * (1 - t * t) * (1 - t * t);
+            sum += std::polar(weight, 2 * strokes[n].slant), total += weight;
+        }
+        if (!(std::abs(sum) > 0)) break;
         statistics.slant = std::arg(sum) / 2;
-        statistics.slantSpread = std::sqrt(std::max(0.0, -2 * std::log(std::min(1.0, std::abs(sum) / weights)))) / 2;
+        // The spread is that of all.
+        if (round == 0)
+            statistics.slantSpread = std::sqrt(std::max(0.0, -2 * std::log(std::min(1.0, std::abs(sum) / total)))) / 2;
     }
     if (!lengths.empty()) {
         statistics.meanLength /= double(lengths.size()), statistics.meanWidth /= double(lengths.size());

@@ -58,7 +58,7 @@ struct RainStroke {
 /// lesser) and where brightness or width jumps by 1.6 and is steady on either side. Sizes are measured in the alphas
 /// themselves, not in what was filtered.
 ///
-/// score = straightness * isolation * plainness * sqrt(sharpness) * min(1, length / (6 width))
+/// score = straightness * isolation * plainness^2 * sqrt(sharpness) * min(1, length / (4 width))
 ///         * min(1, 1.5 contrast / peak) * snr / (snr + 4),
 /// snr = contrast / sigma; 0 for strokes that the frame cuts.
 ///
@@ -68,11 +68,13 @@ std::vector<RainStroke> findRainStrokes(std::span<const ImageF> alphas, const Ra
 
 /// What strokes say about the rain. Zeros where there are none.
 struct RainStatistics {
-    int count = 0;           // all strokes
-    double slant = 0;        // mean direction [rad], -pi/2..pi/2: circular over twice the angle, weighted with length^3
-                             // (the inverse variance of a line's slope)
-    double slantSpread = 0;  // circular standard deviation with the same weights [rad]
-    double meanLength = 0;   // [px], of strokes that are whole inside the frame
+    int count = 0;  // all strokes
+    // Mean direction [rad], -pi/2..pi/2: circular over twice the angle, weighted with length^3 (the inverse variance of
+    // a line's slope) times (isolation straightness plainness)^2, as strokes that cross others lie askew; biweight, so
+    // that the few that lie far off do not turn it.
+    double slant = 0;
+    double slantSpread = 0;   // circular standard deviation [rad], the same weights without the biweight
+    double meanLength = 0;    // [px], of strokes that are whole inside the frame
     double medianLength = 0;  // [px]
     double meanWidth = 0;     // [px]
     double density = 0;       // strokes a frame a megapixel
