@@ -13,6 +13,16 @@ constexpr int sweepsInstead = 200;
 enum Held : std::int8_t { Free = 0, AtLow = -1, AtHigh = 1 };
 using HeldRow = std::array<std::int8_t, lanes>;
 
+/// What becomes of an entry: a free one that left the bounds is held there, a held one that the sum pulls inwards is
+/// freed.
+std::int8_t nextState(std::int8_t state, double x, double slope, double low, double high)
+{
+    if (state == AtLow) return slope < 0.0 ? Free : AtLow;
+    if (state == AtHigh) return slope > 0.0 ? Free : AtHigh;
+    if (x < low) return AtLow;
+    return x > high ? AtHigh : Free;
+}
+
 }  // namespace
 
 void LineBlock::resize(int length)
@@ -94,13 +104,7 @@ void solveLines(LineBlock& block, double low, double high)
                 if (i > 0) slope += block.link[i - 1][l] * trial[i - 1][l];
                 if (i + 1 < n) slope += block.link[i][l] * trial[i + 1][l];
                 const std::int8_t was = held[i][l];
-                std::int8_t now = was;
-                if (was == Free)
-                    now = x < low ? AtLow : x > high ? AtHigh : Free;
-                else if (was == AtLow)
-                    now = slope < 0.0 ? Free : AtLow;
-                else
-                    now = slope > 0.0 ? Free : AtHigh;
+                const std::int8_t now = nextState(was, x, slope, low, high);
                 changed |= now != was;
                 held[i][l] = now;
             }

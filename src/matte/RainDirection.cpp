@@ -60,10 +60,10 @@ Directions gradients(const ImageF& alpha)
         }
         for (int x = reach; x + reach < columns; ++x) {
             double gx = 0.0, gy = smooth[0] * changed[std::size_t(x)];
-            for (int t = 1; t <= reach; ++t) {
-                const auto left = std::size_t(x - t), right = std::size_t(x + t);
-                gx += change[std::size_t(t)] * (smoothed[right] - smoothed[left]);
-                gy += smooth[std::size_t(t)] * (changed[left] + changed[right]);
+            const auto middle = std::size_t(x);
+            for (std::size_t t = 1; t <= reach; ++t) {
+                gx += change[t] * (smoothed[middle + t] - smoothed[middle - t]);
+                gy += smooth[t] * (changed[middle - t] + changed[middle + t]);
             }
             if (gx == 0.0 && gy == 0.0) continue;
             sorted[std::size_t(binOf(std::atan(gy / gx)))].add({gx * gx, gx * gy, gy * gy}, 1.0);
