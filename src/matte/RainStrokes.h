@@ -62,6 +62,8 @@ struct RainStroke {
 ///         * min(1, 1.5 contrast / peak) * snr / (snr + 4),
 /// snr = contrast / sigma; 0 for strokes that the frame cuts.
 ///
+/// The measured spread does not see noise that a bound at 0 has made sparse: then it is `noise` and `noiseAlong` that
+/// keep it from being taken for rain, and a noise of 0 means that there is none.
 /// Values that are not finite count as 0. Throws Error(InvalidArgument) naming an option out of range, Error(Internal)
 /// for pictures of more than one channel.
 std::vector<RainStroke> findRainStrokes(std::span<const ImageF> alphas, const RainStrokeOptions& options);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,6 +8,7 @@
 
 #include "core/Error.h"
 #include "core/Parallel.h"
+#include "matte/DrawnRain.h"
 #include "matte/RainStrokes.h"
 
 namespace virga {
@@ -106,6 +108,17 @@ TEST(RainStrokes, ADirectionThatIsAFewDegreesOffIsPutRight)
     const auto found = matte::findRainStrokes(alphas, {.slant = 7 * degree});
     EXPECT_EQ(found.size(), 16u);
     EXPECT_NEAR(matte::rainStatistics(found, alphas).slant / degree, 12, 0.5);
+}
+
+// A third of the strokes cross others.
+TEST(RainStrokes, DenseRainKeepsItsDirection)
+{
+    for (const double slant : {0.0, 7.0, -30.0}) {
+        const auto drawn = test::drawRain({.frames = 20, .strokes = 20, .slant = slant * degree, .seed = 8});
+        const auto found = matte::findRainStrokes(drawn.alphas, {.slant = slant * degree});
+        EXPECT_GT(found.size(), 200u);
+        EXPECT_NEAR(matte::rainStatistics(found, drawn.alphas).slant / degree, slant, 0.5);
+    }
 }
 
 TEST(RainStrokes, TouchingOnesAreParted)
