@@ -11,7 +11,9 @@
 
 #include "io/ImageFile.h"
 #include "matte/Alternation.h"
+#include "matte/RainColor.h"
 #include "matte/RainDirection.h"
+#include "matte/SceneTrust.h"
 
 namespace virga {
 namespace {
@@ -171,6 +173,33 @@ TEST(Reference, TheSlantIsFoundOnTheWay)
         EXPECT_FALSE(found.rose);
         EXPECT_NEAR(found.slant / degree, row.slant, 0.15);
         EXPECT_NEAR(matte::rainDirection(truth).slant / degree, row.slant, 0.15);
+    }
+}
+
+// C from the strokes and the scene in turn, from a wrong one: within 0.035, the limit being what alpha's cost does to
+// the scene.
+TEST(Reference, TheRainsColorIsFound)
+{
+    if (folder().empty()) GTEST_SKIP() << "VIRGA_FOOTAGE_DIR is not set, or has no ../reference/em beside it";
+    for (const Case& c :
+         {Case{"slant+0_noise0", 0, 0, 0}, Case{"slant+0_noise2", 0, 0, 0}, Case{"slant+7_noise2", 7, 0, 0}}) {
+        SCOPED_TRACE(c.name);
+        const auto frames = readStack(folder() / (std::string(c.name) + "_I.png"));
+        AlternationOptions options = reference(c.slant);
+        options.terms.color = {0.9f, 0.9f, 0.9f};
+        options.terms.eta = 0.0034;
+        options.iterations = 6;
+        matte::RainColor color;
+        for (int round = 0; round < 3; ++round) {
+            const Alternation found = matte::alternate({frames}, options);
+            color = matte::rainColor({frames}, found.scene, c.slant * degree, matte::noiseLevel(frames, found.scene));
+            options.terms.color = color.color;
+        }
+        ASSERT_TRUE(color.found);
+        EXPECT_NEAR(color.color[0], 0.78, 0.035);
+        EXPECT_NEAR(color.color[1], 0.80, 0.035);
+        EXPECT_NEAR(color.color[2], 0.82, 0.035);
+        EXPECT_LT(color.error, 0.03);
     }
 }
 
