@@ -8,7 +8,7 @@
 namespace virga::matte {
 namespace {
 
-constexpr double darkLimit = 3.0, broadLimit = 6.5;  // [sigma], chosen beside the truth of people walking in rain
+constexpr double darkLimit = 3.0, broadLimit = 6.5;  // [sigma], chosen beside the truth of one clip
 constexpr double staying = 0.5;                      // of its brightness, in the frames beside
 constexpr int darkReach = 1, broadReach = 2, stayReach = 2, margin = 2;
 constexpr std::size_t mostSamples = 400'000;
