@@ -12,6 +12,19 @@ namespace {
 /// Of F: what rounding to float may add in a half step.
 constexpr double roundingShare = 1e-6;
 
+/// One map a frame, each of the frames' size; or none at all.
+void checkMaps(std::span<const ImageF> maps, const char* name, std::span<const ImageF> frames)
+{
+    const ImageF& first = frames[0];
+    if (!maps.empty() && maps.size() != frames.size())
+        throw Error(ErrorCode::InvalidArgument, "extraction needs a {} for each of {} frames or none; got {}", name,
+                    frames.size(), maps.size());
+    for (const ImageF& map : maps)
+        if (map.width() != first.width() || map.height() != first.height() || map.channels() != 1)
+            throw Error(ErrorCode::InvalidArgument, "{} needs the frames' size, {} x {} x 1, and has {} x {} x {}",
+                        name, first.width(), first.height(), map.width(), map.height(), map.channels());
+}
+
 void check(const Footage& footage, const AlternationOptions& options)
 {
     const std::span<const ImageF> frames = footage.frames;
@@ -32,13 +45,12 @@ void check(const Footage& footage, const AlternationOptions& options)
                 throw Error(ErrorCode::InvalidArgument, "extraction needs finite pixels; frame number {} holds {}",
                             k + 1, value);
     }
-    if (!footage.trust.empty() && footage.trust.size() != frames.size())
-        throw Error(ErrorCode::InvalidArgument, "extraction needs a trust for each of {} frames or none; got {}",
-                    frames.size(), footage.trust.size());
-    for (const ImageF& trust : footage.trust)
-        if (trust.width() != first.width() || trust.height() != first.height() || trust.channels() != 1)
-            throw Error(ErrorCode::InvalidArgument, "trust needs the frames' size, {} x {} x 1, and has {} x {} x {}",
-                        first.width(), first.height(), trust.width(), trust.height(), trust.channels());
+    checkMaps(footage.trust, "trust", frames);
+    checkMaps(footage.cost, "cost", frames);
+    for (const ImageF& cost : footage.cost)
+        for (const float value : cost.values())
+            if (!(value >= 0.0f) || !std::isfinite(value))
+                throw Error(ErrorCode::InvalidArgument, "cost is finite and not negative; it holds {}", value);
     const RainTerms& terms = options.terms;
     const auto isCost = [](double value) { return value >= 0.0 && std::isfinite(value); };
     if (!isCost(terms.lambda) || !isCost(terms.mu) || !isCost(terms.eta))

@@ -25,7 +25,7 @@ struct Alternation {
 };
 
 /// Starts from the temporal median. Needs a frame at least, all of one size and 1 or 3 channels, all finite, and as
-/// many trusts as frames or none: an Error(InvalidArgument) says what is not.
+/// many trusts and costs as frames or none: an Error(InvalidArgument) says what is not.
 Alternation alternate(const Footage& footage, const AlternationOptions& options);
 
 }  // namespace virga::matte

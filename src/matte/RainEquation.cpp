@@ -108,7 +108,7 @@ public:
             seen_[i] *= trust;
             right_[i] =
                 trust * pull(footage.frames[k].data() + i * channels, scene.data() + i * channels, channels, terms) -
-                terms.eta;
+                terms.eta * footage.costing(k, i);
         }
     }
 
@@ -269,7 +269,7 @@ RainObjective rainObjective(const Footage& footage, const ImageF& scene, std::sp
                                      a * terms.color[j];
                     part.data += trust * e * e;
                 }
-                part.cost += 2.0 * terms.eta * a;
+                part.cost += 2.0 * terms.eta * footage.costing(std::size_t(k), i) * a;
             }
             part.rain = terms.mu * rainRoughness(alpha, terms);
         }

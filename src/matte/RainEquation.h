@@ -2,10 +2,11 @@
 // Wang, Lin, Fang, Xie, Zheng, Zhang, "Real-time photorealistic rain", 2006, Eq. (1):
 //
 //   F(S, alpha) = sum over pixels, channels, frames of w (I - (1 - alpha) S - alpha C)^2
-//               + lambda sum |grad S|^2 + mu sum (grad alpha . D0)^2  [+ 2 eta sum alpha]
+//               + lambda sum |grad S|^2 + mu sum (grad alpha . D0)^2  [+ 2 eta sum q alpha]
 //
 // The paper has w = 1. Ours is a trust in each pixel of each frame, 0..1: where something moves that is not rain, the
-// still scene explains nothing, and alpha is carried on along the stroke from where it is seen.
+// still scene explains nothing, and alpha is carried on along the stroke from where it is seen. q says where rain is
+// less (or more) likely than elsewhere, and is 1 unless something is known of that.
 // Eq. (1) alone is ill-posed: its data term does not change under S - C -> s (S - C), 1 - alpha -> (1 - alpha) / s.
 // 0 <= alpha <= 1 inside the solve and the linear cost eta on alpha make it well-posed; both are ours, not the paper's.
 //
@@ -35,9 +36,11 @@ struct RainTerms {
 struct Footage {
     std::span<const ImageF> frames;
     std::span<const ImageF> trust = {};  // w, one a frame, 1 channel, 0..1; none = 1 everywhere
+    std::span<const ImageF> cost = {};   // one a frame, 1 channel, >= 0: multiplies eta; none = 1 everywhere
 
-    /// The trust in pixel i of frame k.
+    /// The trust in pixel i of frame k, and what multiplies eta there.
     double trusted(std::size_t k, std::size_t i) const { return trust.empty() ? 1.0 : double(trust[k].data()[i]); }
+    double costing(std::size_t k, std::size_t i) const { return cost.empty() ? 1.0 : double(cost[k].data()[i]); }
 };
 
 /// The four sums of F, in double.

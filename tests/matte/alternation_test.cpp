@@ -150,6 +150,63 @@ TEST(Alternation, WhatIsNotTrustedExplainsNothing)
     EXPECT_THROW(alternate({drawn.frames, few}, {}), Error);
 }
 
+// A cost of q with eta is one of 1 with q eta, in the steps and in the sum; and where it is high no rain is found.
+TEST(Alternation, CostMultipliesEtaPixelByPixel)
+{
+    const auto drawn = test::drawRain({.frames = 6, .slant = 0.1, .noise = 0.01});
+    const std::vector<ImageF> threefold(6, ImageF(96, 96, 1, 3.0f));
+    for (const bool isBounded : {true, false}) {
+        RainTerms terms = bounded(0.1);
+        terms.bounded = isBounded;
+        std::vector<ImageF> some(6, ImageF(96, 96, 1)), same = some;
+        solveAlpha({.frames = drawn.frames, .cost = threefold}, drawn.scene, terms, some);
+        const double sum = rainObjective({.frames = drawn.frames, .cost = threefold}, drawn.scene, some, terms).cost;
+        terms.eta *= 3;
+        solveAlpha({drawn.frames}, drawn.scene, terms, same);
+        EXPECT_NEAR(sum, rainObjective({drawn.frames}, drawn.scene, same, terms).cost, 1e-6 * std::abs(sum));
+        for (std::size_t k = 0; k < 6; ++k)
+            for (std::size_t i = 0; i < same[k].size(); ++i)
+                ASSERT_NEAR(some[k].data()[i], same[k].data()[i], 1e-5) << isBounded;
+    }
+
+    std::vector<ImageF> left(6, ImageF(96, 96, 1, 1.0f));
+    for (ImageF& cost : left)
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 48; ++x) cost.at(x, y) = 1000.0f;
+    const Alternation found =
+        alternate({.frames = drawn.frames, .cost = left}, {.terms = bounded(0.1), .iterations = 3});
+    EXPECT_FALSE(found.rose);
+    double right = 0;
+    for (const ImageF& alpha : found.alphas)
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 96; ++x) {
+                right += alpha.at(x, y);
+                if (x >= 48) continue;
+                ASSERT_EQ(alpha.at(x, y), 0.0f) << x << " " << y;
+            }
+    EXPECT_GT(right, 100.0);
+}
+
+TEST(Alternation, SaysWhichCostItCannotTake)
+{
+    const std::vector<ImageF> frames(3, ImageF(4, 4, 1));
+    const auto refusal = [&](const std::vector<ImageF>& cost) {
+        try {
+            alternate({.frames = frames, .cost = cost}, {});
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+            return std::string(error.what());
+        }
+        return std::string("taken");
+    };
+    EXPECT_EQ(refusal({3, ImageF(4, 4, 1, 2.0f)}), "taken");
+    EXPECT_NE(refusal({2, ImageF(4, 4, 1)}).find("cost for each of 3 frames or none; got 2"), std::string::npos);
+    EXPECT_NE(refusal({3, ImageF(4, 5, 1)}).find("cost needs the frames' size"), std::string::npos);
+    EXPECT_NE(refusal({3, ImageF(4, 4, 1, -1.0f)}).find("it holds -1"), std::string::npos);
+    EXPECT_NE(refusal({3, ImageF(4, 4, 1, std::numeric_limits<float>::quiet_NaN())}).find("it holds nan"),
+              std::string::npos);
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // The worst inputs end in something bounded.
 
