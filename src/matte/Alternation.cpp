@@ -25,7 +25,20 @@ void checkMaps(std::span<const ImageF> maps, const char* name, std::span<const I
                         name, first.width(), first.height(), map.width(), map.height(), map.channels());
 }
 
-void check(const Footage& footage, const AlternationOptions& options)
+void checkOptions(const AlternationOptions& options)
+{
+    const RainTerms& terms = options.terms;
+    const auto isCost = [](double value) { return value >= 0.0 && std::isfinite(value); };
+    if (!isCost(terms.lambda) || !isCost(terms.mu) || !isCost(terms.eta))
+        throw Error(ErrorCode::InvalidArgument, "lambda, mu and eta are finite and not negative; got {}, {} and {}",
+                    terms.lambda, terms.mu, terms.eta);
+    if (options.iterations < 1)
+        throw Error(ErrorCode::InvalidArgument, "extraction needs at least one iteration; got {}", options.iterations);
+}
+
+}  // namespace
+
+void checkFootage(const Footage& footage)
 {
     const std::span<const ImageF> frames = footage.frames;
     if (frames.empty()) throw Error(ErrorCode::InvalidArgument, "extraction needs at least one frame and got none");
@@ -51,20 +64,12 @@ void check(const Footage& footage, const AlternationOptions& options)
         for (const float value : cost.values())
             if (!(value >= 0.0f) || !std::isfinite(value))
                 throw Error(ErrorCode::InvalidArgument, "cost is finite and not negative; it holds {}", value);
-    const RainTerms& terms = options.terms;
-    const auto isCost = [](double value) { return value >= 0.0 && std::isfinite(value); };
-    if (!isCost(terms.lambda) || !isCost(terms.mu) || !isCost(terms.eta))
-        throw Error(ErrorCode::InvalidArgument, "lambda, mu and eta are finite and not negative; got {}, {} and {}",
-                    terms.lambda, terms.mu, terms.eta);
-    if (options.iterations < 1)
-        throw Error(ErrorCode::InvalidArgument, "extraction needs at least one iteration; got {}", options.iterations);
 }
-
-}  // namespace
 
 Alternation alternate(const Footage& footage, const AlternationOptions& options)
 {
-    check(footage, options);
+    checkFootage(footage);
+    checkOptions(options);
     const std::span<const ImageF> frames = footage.frames;
     RainTerms terms = options.terms;
     Alternation result;

@@ -24,6 +24,10 @@ struct Alternation {
     bool rose = false;                   // F rose in a half step, beyond rounding: the loop was stopped there
 };
 
+/// Throws Error(InvalidArgument) saying what is not so: at least one frame, all of one size, 1 or 3 channels, finite;
+/// trusts and costs of that size with 1 channel, one a frame or none; costs finite and not negative.
+void checkFootage(const Footage& footage);
+
 /// Starts from the temporal median. Needs a frame at least, all of one size and 1 or 3 channels, all finite, and as
 /// many trusts and costs as frames or none: an Error(InvalidArgument) says what is not.
 Alternation alternate(const Footage& footage, const AlternationOptions& options);

@@ -23,6 +23,6 @@ double noiseLevel(std::span<const ImageF> frames, const ImageF& scene);
 /// Not told apart: rain before something brighter than itself, which darkens it and is taken for a thing; dense rain
 /// that meets itself (12 strokes on 96 x 96 pixels with little noise: 6 % of the pixels). Not seen: bright things in a
 /// single frame, or faster than about 6 pixels a frame.
-std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene);
+std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene, double leastNoise = 0.0);
 
 }  // namespace virga::matte

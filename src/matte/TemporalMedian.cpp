@@ -36,15 +36,16 @@ std::vector<std::pair<int, int>> sortingNetwork(int count)
     return pairs;
 }
 
-}  // namespace
-
-ImageF temporalMedian(std::span<const ImageF> frames)
+/// body(rows, to, length) for pieces of the picture: `rows` holds each piece's values sorted over the frames, row by
+/// row, and `to` is where the piece lies in the result.
+template <class Body>
+ImageF overSorted(std::span<const ImageF> frames, Body&& body)
 {
     assert(!frames.empty());
-    ImageF median(frames[0].width(), frames[0].height(), frames[0].channels());
+    ImageF result(frames[0].width(), frames[0].height(), frames[0].channels());
     const std::size_t count = frames.size();
     const auto network = sortingNetwork(int(count));
-    const std::ptrdiff_t size = std::ptrdiff_t(median.size()), tiles = (size + tile - 1) / tile;
+    const std::ptrdiff_t size = std::ptrdiff_t(result.size()), tiles = (size + tile - 1) / tile;
     parallelFor(0, tiles, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         std::vector<Row> rows(count);
         for (std::ptrdiff_t t = first; t < last; ++t) {
@@ -58,12 +59,42 @@ ImageF temporalMedian(std::span<const ImageF> frames)
                     b[i] = most;
                 }
             }
-            const Row &below = rows[(count - 1) / 2], &above = rows[count / 2];
-            for (std::ptrdiff_t i = 0; i < length; ++i)
-                median.data()[begin + i] = 0.5f * (below[std::size_t(i)] + above[std::size_t(i)]);
+            body(rows, result.data() + begin, std::size_t(length));
         }
     });
-    return median;
+    return result;
+}
+
+}  // namespace
+
+ImageF temporalMedian(std::span<const ImageF> frames)
+{
+    return overSorted(frames, [](const std::vector<Row>& rows, float* to, std::size_t length) {
+        const Row &below = rows[(rows.size() - 1) / 2], &above = rows[rows.size() / 2];
+        for (std::size_t i = 0; i < length; ++i) to[i] = 0.5f * (below[i] + above[i]);
+    });
+}
+
+ImageF shorterHalfMean(std::span<const ImageF> frames)
+{
+    return overSorted(frames, [](const std::vector<Row>& rows, float* to, std::size_t length) {
+        const std::size_t half = std::min(rows.size() / 2 + 1, rows.size());
+        Row sum{}, best{}, shortest;
+        for (std::size_t k = 0; k < half; ++k)
+            for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += rows[k][i];
+        best = sum;
+        for (std::size_t i = 0; i < sum.size(); ++i) shortest[i] = rows[half - 1][i] - rows[0][i];
+        for (std::size_t k = half; k < rows.size(); ++k) {
+            const Row &entering = rows[k], &leaving = rows[k - half], &lowest = rows[k - half + 1];
+            for (std::size_t i = 0; i < sum.size(); ++i) {
+                sum[i] += entering[i] - leaving[i];
+                const float span = entering[i] - lowest[i];
+                best[i] = span < shortest[i] ? sum[i] : best[i];
+                shortest[i] = std::min(span, shortest[i]);
+            }
+        }
+        for (std::size_t i = 0; i < length; ++i) to[i] = best[i] / float(half);
+    });
 }
 
 }  // namespace virga::matte

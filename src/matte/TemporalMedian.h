@@ -10,4 +10,9 @@ namespace virga::matte {
 /// Per value, the median over frames of one size; the mean of the middle two of an even number. Frames are finite.
 ImageF temporalMedian(std::span<const ImageF> frames);
 
+/// Per value, the mean of the shorter half: of the sorted values those n / 2 + 1 neighbours that lie closest together
+/// (the start of Andrews et al. 1972, "shorth"). Where rain covers a pixel in nearly half of the frames the median lies
+/// between dry and wet, and this does not. The values themselves for fewer than 3 frames.
+ImageF shorterHalfMean(std::span<const ImageF> frames);
+
 }  // namespace virga::matte

@@ -1,0 +1,101 @@
+#include "matte/DryScene.h"
+
+#include <algorithm>
+
+#include "core/Parallel.h"
+#include "matte/SceneTrust.h"
+#include "matte/TemporalMedian.h"
+
+namespace virga::matte {
+namespace {
+
+constexpr double darkLimit = 2.5, brightLimit = 2.0;  // [sigma]
+constexpr float fewestDry = 3.0f;
+constexpr int trimmings = 4;
+constexpr std::size_t fewestForMovers = 5;
+constexpr double leastNoise = 1e-4;      // of the range
+constexpr double leastStep = 0.5 / 255;  // of the range: less is no evidence that something moves
+
+/// What is bright in the footage: the 999th permille of the scene's values.
+double rangeOf(const ImageF& scene)
+{
+    const std::size_t stride = scene.size() / 100'000 + 1;
+    std::vector<float> values;
+    for (std::size_t i = 0; i < scene.size(); i += stride) values.push_back(scene.data()[i]);
+    const auto at = values.begin() + std::ptrdiff_t((values.size() - 1) * 999 / 1000);
+    std::nth_element(values.begin(), at, values.end());
+    return *at > 0.0f ? double(*at) : 1.0;
+}
+
+/// Adds what lies within the limits.
+void addWithin(const float* values, const float* low, const float* high, const float* trusted, float* sum,
+               float* weight, std::size_t count)
+{
+    for (std::size_t n = 0; n < count; ++n) {
+        const float w = values[n] > low[n] && values[n] < high[n] ? trusted[n] : 0.0f;
+        sum[n] += w * values[n];
+        weight[n] += w;
+    }
+}
+
+/// The scene as the mean of what is dry, where there are three such values at least.
+void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, const NoiseMap& noise, ImageF& scene)
+{
+    const int channels = scene.channels();
+    const auto count = std::size_t(scene.width()) * std::size_t(channels);
+    parallelFor(0, scene.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<float> sum(count), weight(count), low(count), high(count), trusted(count, 1.0f);
+        for (int y = int(first); y < int(last); ++y) {
+            float* row = scene.row(y);
+            for (std::size_t n = 0; n < count; ++n) {
+                const float sigma = noise.at(int(n) / channels, y);
+                low[n] = row[n] - float(darkLimit) * sigma;
+                high[n] = row[n] + float(brightLimit) * sigma;
+            }
+            std::fill(sum.begin(), sum.end(), 0.0f);
+            std::fill(weight.begin(), weight.end(), 0.0f);
+            for (std::size_t k = 0; k < frames.size(); ++k) {
+                if (!trust.empty())
+                    for (std::size_t n = 0; n < count; ++n) trusted[n] = trust[k].at(int(n) / channels, y);
+                addWithin(frames[k].row(y), low.data(), high.data(), trusted.data(), sum.data(), weight.data(), count);
+            }
+            for (std::size_t n = 0; n < count; ++n)
+                if (weight[n] >= fewestDry) row[n] = sum[n] / weight[n];
+        }
+    });
+}
+
+/// Scene and noise from `scene`, in turn.
+void settle(std::span<const ImageF> frames, DryScene& dry)
+{
+    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
+    for (int pass = 0; pass < trimmings; ++pass) {
+        trimScene(frames, dry.trust, dry.noise, dry.scene);
+        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
+    }
+}
+
+}  // namespace
+
+DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& start)
+{
+    DryScene dry;
+    const ImageF begin = start.empty() ? shorterHalfMean(frames) : start;
+    dry.range = rangeOf(begin);
+    dry.scene = begin;
+    settle(frames, dry);
+    if (!movers || frames.size() < fewestForMovers) return dry;
+    dry.trust = sceneTrust(frames, dry.scene, leastStep * dry.range);
+    if (dry.trust.empty()) return dry;
+    dry.scene = begin;
+    settle(frames, dry);
+    renewTrust(frames, dry.scene, dry);
+    return dry;
+}
+
+void renewTrust(std::span<const ImageF> frames, const ImageF& scene, DryScene& dry)
+{
+    if (!dry.trust.empty()) dry.trust = sceneTrust(frames, scene, leastStep * dry.range);
+}
+
+}  // namespace virga::matte

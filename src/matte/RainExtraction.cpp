@@ -1,0 +1,258 @@
+#include "matte/RainExtraction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/Parallel.h"
+#include "matte/Alternation.h"
+#include "matte/DryScene.h"
+#include "matte/ExposureGain.h"
+#include "matte/RainColor.h"
+
+namespace virga::matte {
+namespace {
+
+// Rms, of the footage's range [1/px]. Halves and doubles change alpha's error by less than 5 % on the reference cases.
+constexpr double slopeOfRain = 0.06;  // of alpha |C - S| along a stroke, its ends counted
+constexpr double slopeOfScene = 0.1;
+constexpr double mostLambda = 0.2;
+constexpr double costOfNothing = 0.5;  // of alpha in a stroke, as a threshold [sigma]
+constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
+constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
+constexpr int stepsARound = 2;
+constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
+
+/// How far the frames rise above the scene, the mean of the channels, beyond `limit` times the noise.
+std::vector<ImageF> risesAbove(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene,
+                               double limit)
+{
+    const int channels = scene.channels();
+    std::vector<ImageF> rises(frames.size());
+    parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            rises[k] = ImageF(scene.width(), scene.height(), 1);
+            for (std::size_t i = 0; i < rises[k].size(); ++i) {
+                float sum = 0.0f;
+                for (int j = 0; j < channels; ++j)
+                    sum += frames[k].data()[i * std::size_t(channels) + std::size_t(j)] -
+                           scene.data()[i * std::size_t(channels) + std::size_t(j)];
+                const float rise = std::max(sum / float(channels) - float(limit), 0.0f);
+                rises[k].data()[i] = trust.empty() ? rise : rise * trust[k].data()[i];
+            }
+        }
+    });
+    return rises;
+}
+
+/// |C - S|, what an alpha of 1 would change.
+ImageF contrastOf(const ImageF& scene, const std::array<float, 3>& color)
+{
+    ImageF contrast(scene.width(), scene.height(), 1);
+    const auto channels = std::size_t(scene.channels());
+    for (std::size_t i = 0; i < contrast.size(); ++i) {
+        float square = 0.0f;
+        for (std::size_t j = 0; j < channels; ++j) {
+            const float gap = color[j] - scene.data()[i * channels + j];
+            square += gap * gap;
+        }
+        contrast.data()[i] = std::sqrt(square);
+    }
+    return contrast;
+}
+
+/// Means of 2 alongReach + 1 alphas along the rain.
+ImageF meanAlong(const ImageF& alpha, double slant)
+{
+    const int width = alpha.width(), height = alpha.height();
+    ImageF mean(width, height, 1);
+    const double s = std::sin(slant), c = std::cos(slant);
+    const double steepest = std::max(std::abs(s), std::abs(c));
+    for (int t = -alongReach; t <= alongReach; ++t) {
+        const int dx = int(std::lround(t * s / steepest)), dy = int(std::lround(t * c / steepest));
+        for (int y = std::max(0, -dy); y < std::min(height, height - dy); ++y) {
+            const float* from = alpha.row(y + dy);
+            float* to = mean.row(y);
+            for (int x = std::max(0, -dx); x < std::min(width, width - dx); ++x) to[x] += from[x + dx];
+        }
+    }
+    for (float& value : mean.values()) value /= float(2 * alongReach + 1);
+    return mean;
+}
+
+/// Eta of each alpha. For a change of alpha by one the data move by |C - S|, so eta = t sigma |C - S| holds back what
+/// is below t sigma. t falls with the mean of what was found along the rain.
+void setCosts(const std::vector<ImageF>& alphas, const ImageF& contrast, const NoiseMap& noise, double slant,
+              std::vector<ImageF>& costs)
+{
+    costs.resize(alphas.size());
+    parallelFor(0, std::ptrdiff_t(alphas.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            costs[k] = meanAlong(alphas[k], slant);
+            for (int y = 0; y < contrast.height(); ++y)
+                for (int x = 0; x < contrast.width(); ++x) {
+                    const float sigma = noise.at(x, y), gap = contrast.at(x, y);
+                    float& cost = costs[k].at(x, y);
+                    cost = float(costOfNothing) * sigma * gap * float(1.0 + costOfSpecks) /
+                           (1.0f + float(costOfSpecks) * cost * gap / sigma);
+                }
+        }
+    });
+}
+
+/// F falls in each half step, or the loop ends.
+class Descent {
+public:
+    Descent(const Footage& footage, Extraction& extraction) : footage_(footage), to_(extraction) {}
+
+    void begin() { before_ = objective().total(); }
+    bool alphaStep(double tolerance)
+    {
+        solveAlpha(footage_, to_.scene, to_.terms, to_.alphas, tolerance);
+        return falls(objective());
+    }
+    bool sceneStep(double tolerance)
+    {
+        solveScene(footage_, to_.alphas, to_.terms, to_.scene, tolerance);
+        const RainObjective now = objective();
+        to_.history.push_back(now);
+        return falls(now);
+    }
+
+private:
+    RainObjective objective() const { return rainObjective(footage_, to_.scene, to_.alphas, to_.terms); }
+    bool falls(const RainObjective& now)
+    {
+        to_.rose |= now.total() > before_ * (1.0 + roundingShare);
+        before_ = now.total();
+        return !to_.rose;
+    }
+
+    const Footage& footage_;
+    Extraction& to_;
+    double before_ = 0;
+};
+
+Extraction paperExtraction(std::vector<ImageF>& frames, const ExtractionOptions& options)
+{
+    AlternationOptions paper;
+    paper.terms.color = options.color.value_or(options.fallbackColor);
+    paper.terms.lambda = options.lambda.value_or(1.0 / 20);
+    paper.terms.mu = options.mu.value_or(1.0 / 4);
+    paper.terms.bounded = false;
+    paper.terms.slant = options.slant.value_or(0.0);
+    paper.findSlant = !options.slant;
+    paper.iterations = options.rounds;
+    paper.stepTolerance = std::min(options.tolerance, 1e-7);
+    Alternation found = alternate({frames}, paper);
+    Extraction result;
+    result.scene = std::move(found.scene);
+    result.alphas = std::move(found.alphas);
+    result.gains.assign(frames.size() * std::size_t(result.scene.channels()), 1.0);
+    result.color = paper.terms.color;
+    result.colorSource = options.color ? ColorSource::Given : ColorSource::Fallback;
+    result.direction = rainDirection(result.alphas);
+    if (options.slant) result.direction.slant = *options.slant;
+    result.terms = paper.terms;
+    result.terms.slant = found.slant;
+    result.noise = noiseMap(frames, {}, result.scene, 1e-6);
+    result.history = std::move(found.history);
+    result.rose = found.rose;
+    return result;
+}
+
+}  // namespace
+
+Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, ImageF scene)
+{
+    if (options.paper) return paperExtraction(frames, options);
+    checkFootage({frames});
+    Extraction result;
+    const auto channels = std::size_t(frames[0].channels());
+    result.gains = exposureGains(frames);
+    parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k)
+            removeGain(frames[k], std::span(result.gains).subspan(k * channels, channels));
+    });
+
+    DryScene dry = dryScene(frames, options.movers, scene);
+    result.scene = std::move(dry.scene);
+    result.direction = rainDirection(risesAbove(frames, dry.trust, result.scene, 2.0 * dry.noise.typical));
+    if (options.slant) result.direction.slant = *options.slant;
+
+    RainTerms& terms = result.terms;
+    const auto setTerms = [&] {
+        const double sigma = dry.noise.typical;
+        const ImageF contrast = contrastOf(result.scene, terms.color);
+        double square = 0.0;
+        for (const float gap : contrast.values()) square += double(gap) * gap / double(contrast.size());
+        terms.mu = options.mu.value_or(std::pow(sigma / (slopeOfRain * dry.range), 2) * square);
+        terms.lambda = options.lambda.value_or(std::min(std::pow(sigma / (slopeOfScene * dry.range), 2), mostLambda));
+    };
+    terms.color = options.color.value_or(options.fallbackColor);
+    terms.eta = 1.0;  // costs are whole etas
+    terms.slant = result.direction.slant;
+    result.alphas.assign(frames.size(), ImageF(result.scene.width(), result.scene.height(), 1));
+    std::vector<ImageF> costs;
+    const auto findColor = [&] {
+        if (options.color) return;
+        const RainColor found = rainColor({frames, dry.trust}, result.scene, terms.slant, dry.noise.typical);
+        result.colorError = found.error;
+        if (found.found) terms.color = found.color;
+        result.colorSource = found.found ? ColorSource::Strokes : ColorSource::Fallback;
+    };
+    for (int round = 0; round < options.rounds && !result.rose; ++round) {
+        setTerms();
+        setCosts(result.alphas, contrastOf(result.scene, terms.color), dry.noise, terms.slant, costs);
+        const Footage footage{frames, dry.trust, costs};
+        Descent descent(footage, result);
+        descent.begin();
+        for (int step = 0; step < stepsARound; ++step)
+            if (!descent.alphaStep(options.tolerance) || !descent.sceneStep(options.tolerance)) break;
+        if (round == 0) renewTrust(frames, result.scene, dry);
+        if (!options.slant) {
+            result.direction = rainDirection(result.alphas);
+            terms.slant = result.direction.slant;
+        }
+        findColor();
+    }
+    // The last alphas belong to the scene and the colour that are handed out.
+    setCosts(result.alphas, contrastOf(result.scene, terms.color), dry.noise, terms.slant, costs);
+    solveAlpha({frames, dry.trust, costs}, result.scene, terms, result.alphas, options.tolerance);
+    result.color = terms.color;
+    result.trust = std::move(dry.trust);
+    result.noise = std::move(dry.noise);
+    if (options.slant) result.direction = {*options.slant, rainDirection(result.alphas).coherence};
+    return result;
+}
+
+void removeRain(ImageF& frame, std::size_t k, const Extraction& extraction)
+{
+    const auto channels = std::size_t(frame.channels());
+    const ImageF& alpha = extraction.alphas[k];
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+        const float a = alpha.data()[i];
+        if (a == 0.0f) continue;
+        const bool isScene = extraction.trust.empty() || extraction.trust[k].data()[i] > 0.5f;
+        for (std::size_t j = 0; j < channels; ++j) {
+            float& value = frame.data()[i * channels + j];
+            const float c = extraction.color[j];
+            if (isScene)
+                value -= a * (c - extraction.scene.data()[i * channels + j]);
+            else
+                value = a < 0.99f ? (value - a * c) / (1.0f - a) : extraction.scene.data()[i * channels + j];
+        }
+    }
+}
+
+ImageF alphaConfidence(const Extraction& extraction, const ImageF* trust)
+{
+    ImageF confidence = contrastOf(extraction.scene, extraction.color);
+    for (std::size_t i = 0; i < confidence.size(); ++i) {
+        const double gap = confidence.data()[i], weight = trust != nullptr ? double(trust->data()[i]) : 1.0;
+        const double seen = weight * gap * gap, held = 2.0 * extraction.terms.mu;
+        confidence.data()[i] = seen + held > 0.0 ? float(seen / (seen + held)) : 0.0f;
+    }
+    return confidence;
+}
+
+}  // namespace virga::matte

@@ -1,0 +1,76 @@
+// Rain out of a few seconds of footage: the scene behind it, its alphas, its colour and direction.
+//
+// Wang et al. 2006 solve their Eq. (1) (RainEquation.h) by alternation from the temporal median; `paper` is that. It is
+// ill-posed, drifts, and takes whatever moves for rain. Ours keeps the equation and changes what is asked of it:
+//
+//   start       per pixel the mean of the shorter half of its values (ShortestHalf.h): the median is too bright where
+//               rain covers a pixel in nearly half of the frames
+//   weights     what moves and is not rain has no say (SceneTrust.h); exposure that breathes is taken out before
+//   noise       measured on the dark side of the scene, where rain is not, block by block (NoiseMap.h)
+//   mu, lambda  noise variance over the variance that alpha's slope along a stroke and the scene's slope have:
+//               (0.03)^2 and (0.06 of the footage's range)^2
+//   cost        on alpha, linear, in units of its noise: 2.5 sigma for a speck that stands alone, next to nothing
+//               where alphas along the rain speak for a stroke
+//   C           from the strokes' own samples over backgrounds that differ (RainColor.h), unless it is given
+//
+// Footage times a factor gives the same alphas: nothing here knows what white is.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "matte/NoiseMap.h"
+#include "matte/RainDirection.h"
+#include "matte/RainEquation.h"
+
+namespace virga::matte {
+
+/// Where a C comes from.
+enum class ColorSource {
+    Given,
+    Strokes,   // their own samples
+    Fallback,  // the strokes do not tell: ExtractionOptions::fallbackColor
+};
+
+struct ExtractionOptions {
+    bool paper = false;                         // Eq. (1) alone: from the median, without bounds, cost and weights
+    std::optional<std::array<float, 3>> color;  // C, in the units of the footage
+    std::array<float, 3> fallbackColor = {1, 1, 1};
+    std::optional<double> slant;   // [rad]; none: found
+    std::optional<double> lambda;  // none: from the noise; paper: 1/20
+    std::optional<double> mu;      // none: from the noise; paper: 1/4
+    int rounds = 3;                // of alphas, scene and what follows from them, >= 1; paper: 20
+    double tolerance = 1e-4;       // of the steps that iterate
+    bool movers = true;            // tell apart what moves; needs 5 frames
+};
+
+struct Extraction {
+    ImageF scene;                     // S, at the mean exposure
+    std::vector<ImageF> alphas;       // one a frame, 1 channel
+    std::vector<ImageF> trust;        // one a frame, 0..1; empty: everything is trusted
+    std::vector<double> gains;        // [frame * channels + channel], taken out of the footage
+    std::array<float, 3> color = {};  // C
+    double colorError = 0;            // standard error of the mean of its channels; 0 if given
+    ColorSource colorSource = ColorSource::Given;
+    RainDirection direction;
+    NoiseMap noise;
+    RainTerms terms;                     // those of the last solve
+    std::vector<RainObjective> history;  // F after each scene step
+    bool rose = false;                   // F rose in a half step, beyond rounding
+};
+
+/// The frames, in order, from a camera that stands still; they lose their breathing exposure (divided by `gains`).
+/// scene  a start for S, from frames before these; may be empty.
+/// Throws Error(InvalidArgument) for frames that do not fit each other or are not finite (Alternation.h).
+Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, ImageF scene = {});
+
+/// What is behind the rain in a frame, in place: frame - alpha (C - S) where the scene is trusted, and
+/// (frame - alpha C) / (1 - alpha) where something else is before it. The frame's own noise stays.
+void removeRain(ImageF& frame, std::size_t k, const Extraction& extraction);
+
+/// How much alpha rests on data, 0..1: the share that the data have in what holds it, w |C - S|^2 against that and mu
+/// times the neighbours along the rain. `trust` may be null.
+ImageF alphaConfidence(const Extraction& extraction, const ImageF* trust);
+
+}  // namespace virga::matte
