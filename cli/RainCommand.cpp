@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 #include <memory>
@@ -19,7 +20,7 @@ namespace {
 struct RainArguments {
     CommonFlags common;
     shot::RainJobOptions job;
-    std::string settingsFile, saveSettings;
+    std::string settingsFile, matchFile, saveSettings;
     bool explain = false, half = false;
     std::vector<std::string> values;    // one text a parameter, in the table's order
     std::vector<CLI::Option*> options;  // the same
@@ -31,6 +32,7 @@ const char* const examples = R"(Examples:
   virga rain night.mov -o night_rain.mov --env street_hdri.exr --fog 0.004 --darken 0
   virga rain road.mp4 -o storm.mp4 --rate 80 --wind 4,1 --gust 2 --ground 1.5,4
   virga rain shot.mp4 -o out.mp4 --settings look.toml --seed 7 --explain
+  virga rain dry.mp4 -o wet.mp4 --match extracted/report.json
 A switch that a settings file turns on is turned off by =false: --paper=false)";
 
 /// What stands for the value on the help page: the unit, or the kind of text.
@@ -68,11 +70,18 @@ shot::Settings gatherSettings(const RainArguments& arguments)
 {
     shot::Settings settings;
     if (!arguments.settingsFile.empty()) shot::loadSettings(settings, arguments.settingsFile);
+    if (!arguments.matchFile.empty()) shot::loadMatch(settings, arguments.matchFile);
     const auto table = shot::parameters();
+    const auto isTyped = [&](std::string_view name) {
+        const auto at = std::find_if(table.begin(), table.end(), [&](const auto& p) { return name == p.name; });
+        return arguments.options[std::size_t(at - table.begin())]->count() > 0;
+    };
     for (std::size_t i = 0; i < table.size(); ++i) {
         if (arguments.options[i]->count() == 0) continue;
         shot::setFromText(settings, table[i], arguments.values[i]);
     }
+    // An exposure outranks a shutter, but not a file's exposure a shutter that was typed.
+    if (isTyped("shutter") && !isTyped("exposure")) settings.exposure_s.reset();
     return settings;
 }
 
@@ -148,6 +157,12 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
         ->group(group);
     command->add_option("--settings", a.settingsFile, "read settings from a file; flags override it")
         ->type_name("TOML")
+        ->group(group);
+    command
+        ->add_option("--match", a.matchFile,
+                     "rain like that in other footage: the report.json of virga extract; overrides --settings, flags "
+                     "override it")
+        ->type_name("JSON")
         ->group(group);
     command->add_option("--save-settings", a.saveSettings, "write all settings to a file")
         ->type_name("TOML")

@@ -45,6 +45,13 @@ nlohmann::json toJson(const Settings& settings, const Parameter& parameter);
 /// Reads a TOML file: keys are parameter names, at the top or in a table named after their group.
 /// Throws Error(Input) if it cannot be read or parsed (with the line), Error(InvalidArgument) for a key or value.
 void loadSettings(Settings& settings, const std::string& path);
+/// Takes over what `virga extract` says of the rain in other footage: the keys of "match" in the report.json that it
+/// writes, parameter names like a settings file's. A relative "mattes" counts from the report's own folder. A
+/// "rate" undoes `strokes`, a "shutter" undoes `exposure`, which would outrank them. A report that is refused changes
+/// nothing.
+/// Throws Error(Input) if it cannot be read, is no such report or of another version, or if no rain was found in that
+/// footage; Error(InvalidArgument) for a key or value. The sentence names the file.
+void loadMatch(Settings& settings, const std::string& path);
 /// Writes all parameters with their units and help as comments; loadSettings reads them back exactly. Throws
 /// Error(Output).
 void saveSettings(const Settings& settings, const std::string& path);

@@ -83,6 +83,23 @@ class Report(CliTest):
                              "--paper=false")["settings"]
         self.assertEqual([settings[k] for k in ("rate", "speed", "wind", "paper")], [7, 2, [1, -2], False])
 
+    def test_matchOverridesTheFileAndFlagsOverrideBoth(self):
+        (self.folder / "look.toml").write_text("paper = true\n[rain]\nrate = 40\nspeed = 2\nopacity = 1\n")
+        (self.folder / "report.json").write_text(
+            '{"format": "virga-extract-report", "version": 1,'
+            ' "match": {"rate": 31.2, "exposure": 0.006, "wind": [0.8, 0], "opacity": 4.1}}')
+        plain = self.rain("still.exr", "-o", "out.exr")["settings"]
+        matched = self.rain("still.exr", "-o", "out.exr", "--match", "report.json")["settings"]
+        taken = {"rate": 31.2, "exposure": 0.006, "wind": [0.8, 0], "opacity": 4.1}
+        self.assertEqual(matched, {**plain, **taken})
+        # The order in which they are typed means nothing.
+        for files in (["--match", "report.json", "--settings", "look.toml"],
+                      ["--settings", "look.toml", "--match", "report.json"]):
+            settings = self.rain("still.exr", "-o", "out.exr", "--rate", "7", *files)["settings"]
+            self.assertEqual(settings, {**plain, **taken, "paper": True, "speed": 2, "rate": 7})
+        settings = self.rain("still.exr", "-o", "out.exr", "--match", "report.json", "--shutter", "90")["settings"]
+        self.assertEqual((settings["shutter"], settings["exposure"]), (90, "auto"))
+
     def test_contactSheet(self):
         """Before and after in two columns, a row for up to three frames, 8 pixels apart."""
         for arguments, rows in ((["clip.mp4", "-o", "out.mp4"], 3), (["still.exr", "-o", "out.exr"], 1)):

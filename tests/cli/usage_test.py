@@ -167,6 +167,47 @@ class SettingsFiles(CliTest):
         self.refused(3, ["'still.exr'"], "rain", "still.exr", "-o", "x.exr", "--settings", "still.exr")
 
 
+class MatchFiles(CliTest):
+    """--match: what virga extract wrote, each fault with its file."""
+
+    @classmethod
+    def makePlates(cls):
+        writeImage(cls.folder / "still.exr", street())
+
+    def refusedReport(self, text, code, *words):
+        (self.folder / "report.json").write_text(text)
+        self.refused(code, ["match 'report.json'", *words], "rain", "still.exr", "-o", "x.exr", "--match", "report.json")
+
+    def refusedMatch(self, match, code, *words):
+        report = '{"format": "virga-extract-report", "version": 1, "match": %s}'
+        self.refusedReport(report % match, code, *words)
+
+    def test_notAReport(self):
+        self.refused(3, ["'none.json'", "no such file"], "rain", "still.exr", "-o", "x.exr", "--match", "none.json")
+        self.refused(3, ["'.'", "folder"], "rain", "still.exr", "-o", "x.exr", "--match", ".")
+        self.refused(3, ["'still.exr'", "not JSON"], "rain", "still.exr", "-o", "x.exr", "--match", "still.exr")
+        self.refusedReport("rate = 25\n", 3, "not JSON")
+        self.refusedReport('{"rate": 25}', 3, "no report of virga extract", "virga-extract-report")
+        self.refusedReport('{"format": "virga-extract-report", "version": 7, "match": {}}', 3, "version 7", "version 1")
+
+    def test_noRain(self):
+        self.refusedMatch("null", 3, "found no rain")
+        self.refusedReport('{"format": "virga-extract-report", "version": 1}', 3, "found no rain")
+
+    def test_keysAndValues(self):
+        self.refusedMatch('{"rat": 25}', 2, "'rat'", "did you mean 'rate'")
+        self.refusedMatch('{"rate": 5000}', 2, "--rate", "'5000'", "0 to 2000 mm/h")
+        self.refusedMatch('{"exposure": "long"}', 2, "--exposure", "'long'", "0 to 60 s")
+        self.refusedMatch('"heavy"', 3, '"heavy"', "object")
+
+    def test_mattesThatAreNotBesideTheReport(self):
+        (self.folder / "extracted").mkdir()
+        (self.folder / "extracted" / "report.json").write_text(
+            '{"format": "virga-extract-report", "version": 1, "match": {"mattes": "atlas.exr"}}')
+        self.refused(3, ["mattes 'extracted/atlas.exr'", "no such file"], "rain", "still.exr", "-o", "x.exr", "--match",
+                     "extracted/report.json")
+
+
 class Help(CliTest):
     """--help goes to standard output and fits a terminal of 100 columns."""
 

@@ -246,5 +246,111 @@ TEST(SettingsFiles, ErrorsNameFileAndLine)
                 "/no/such/folder");
 }
 
+std::string matchReport(const std::string& match)
+{
+    return R"({"format": "virga-extract-report", "version": 1, "footage": {"width": 640}, "match": )" + match + "}";
+}
+
+TEST(MatchFiles, AreTakenOverAndLeaveTheRest)
+{
+    const TemporaryFolder folder;
+    Settings settings;
+    settings.rate_mm_h = 3;
+    settings.fstop = 2.8;
+    settings.exposure_s = 0.5;
+    loadMatch(settings, folder.write("report.json", matchReport(R"({"rate": 31.2, "exposure": 0.006,
+        "wind": [0.8, 0], "opacity": 4.1, "fov": "auto"})")));
+    Settings wanted;
+    wanted.rate_mm_h = 31.2;
+    wanted.fstop = 2.8;
+    wanted.exposure_s = 0.006;
+    wanted.wind_m_s = {0.8, 0};
+    wanted.opacity = 4.1;
+    EXPECT_EQ(textOf(settings), textOf(wanted));
+}
+
+TEST(MatchFiles, TakeEveryParameter)
+{
+    onEachRow([](const Parameter& p) {
+        if (std::string(p.name) == "mattes") return;  // below
+        const TemporaryFolder folder;
+        for (const std::string& text : goodTexts(p)) {
+            Settings settings, matched;
+            setFromText(settings, p, text);
+            const nlohmann::json match = {{p.name, toJson(settings, p)}};
+            loadMatch(matched, folder.write("report.json", matchReport(match.dump())));
+            EXPECT_EQ(textOf(matched), textOf(settings)) << text;
+        }
+    });
+}
+
+TEST(MatchFiles, UndoWhatWouldOutrankThem)
+{
+    const TemporaryFolder folder;
+    const auto matched = [&](const std::string& match) {
+        Settings settings;
+        settings.strokes = 1000;
+        settings.exposure_s = 0.5;
+        loadMatch(settings, folder.write("report.json", matchReport(match)));
+        return settings;
+    };
+    EXPECT_FALSE(matched(R"({"rate": 5})").strokes);
+    EXPECT_EQ(matched(R"({"rate": 5, "strokes": 70})").strokes, 70);
+    EXPECT_EQ(matched(R"({"opacity": 5})").strokes, 1000);
+    EXPECT_FALSE(matched(R"({"shutter": 90})").exposure_s);
+    EXPECT_EQ(matched(R"({"rate": 5})").exposure_s, 0.5);
+}
+
+TEST(MatchFiles, FindTheirMattesBesideThem)
+{
+    const TemporaryFolder folder;
+    const auto mattesOf = [&](const std::string& match, const std::string& before) {
+        Settings settings;
+        settings.mattes = before;
+        loadMatch(settings, folder.write("report.json", matchReport(match)));
+        return settings.mattes;
+    };
+    EXPECT_EQ(mattesOf(R"({"mattes": "atlas.exr"})", ""), folder / "atlas.exr");
+    EXPECT_EQ(mattesOf(R"({"mattes": "/elsewhere/atlas.exr"})", ""), "/elsewhere/atlas.exr");
+    EXPECT_EQ(mattesOf(R"({"mattes": ""})", "mine.exr"), "");
+    EXPECT_EQ(mattesOf(R"({"rate": 5})", "mine.exr"), "mine.exr") << "what the report does not name is not moved";
+}
+
+TEST(MatchFiles, ErrorsNameTheFileAndChangeNothing)
+{
+    const TemporaryFolder folder;
+    const auto said = [&](ErrorCode code, const std::string& text) {
+        const std::string path = folder.write("report.json", text);
+        Settings settings;
+        const std::string sentence = sentenceOf(code, [&] { loadMatch(settings, path); });
+        EXPECT_SAYS(sentence, "'" + path + "'");
+        EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
+        EXPECT_EQ(textOf(settings), textOf({})) << "changed by what it refused: " << text;
+        return sentence;
+    };
+    const ErrorCode input = ErrorCode::Input, value = ErrorCode::InvalidArgument;
+    for (const std::string& text :
+         {std::string(), std::string("rate = 5\n"), std::string("{\"format\": "), std::string("\xff\xfe\0{}", 5)})
+        EXPECT_SAYS(said(input, text), "not JSON");
+    for (const char* text : {"{}", "[]", "null", "7", R"({"format": "virga-env-report", "version": 1})",
+                             R"({"format": {}, "version": 1, "match": {}})"})
+        EXPECT_SAYS(said(input, text), "no report of virga extract");
+    EXPECT_SAYS(said(input, R"({"format": "virga-extract-report", "version": 2, "match": {}})"), "version 2");
+    EXPECT_SAYS(said(input, R"({"format": "virga-extract-report", "version": "1", "match": {}})"), "version \"1\"");
+    EXPECT_SAYS(said(input, R"({"format": "virga-extract-report", "match": {}})"), "version unknown");
+    EXPECT_SAYS(said(input, matchReport("null")), "no rain");
+    EXPECT_SAYS(said(input, R"({"format": "virga-extract-report", "version": 1})"), "no rain");
+    EXPECT_SAYS(said(input, matchReport("[1, 2]")), "[1,2]");
+    EXPECT_SAYS(said(value, matchReport(R"({"exposure": 0.01, "rat": 3})")), "did you mean 'rate'");
+    EXPECT_SAYS(said(value, matchReport(R"({"exposure": 0.01, "rate": 2001})")),
+                "--rate '2001': must be 0 to 2000 mm/h");
+    EXPECT_SAYS(said(value, matchReport(R"({"rate": null})")), "--rate");
+    EXPECT_SAYS(said(value, matchReport(R"({"wind": [1]})")), "2 numbers");
+    EXPECT_SAYS(said(value, matchReport(R"({"mattes": "a.exr", "wind": {"x": 1}})")), "--wind");
+    Settings settings;
+    EXPECT_SAYS(sentenceOf(input, [&] { loadMatch(settings, folder / "none.json"); }), "no such file");
+    EXPECT_SAYS(sentenceOf(input, [&] { loadMatch(settings, folder.path()); }), "is a folder");
+}
+
 }  // namespace
 }  // namespace virga::shot
