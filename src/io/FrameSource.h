@@ -65,6 +65,8 @@ public:
 std::unique_ptr<FrameSource> openMovie(const std::string& path, const ReadOptions& options);
 /// One image or a pattern.
 std::unique_ptr<FrameSource> openImages(const std::string& path, const ReadOptions& options);
+/// One image whose rows are options.stack frames, top to bottom.
+std::unique_ptr<FrameSource> openStack(const std::string& path, const ReadOptions& options);
 
 /// A PlateReader that says where its frames come from. All readers that openPlate makes are one.
 class SourcedReader : public PlateReader {

@@ -45,6 +45,7 @@ std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOption
     if (path.empty()) throw Error(ErrorCode::Input, "the plate has no name");
     if (options.fps && !(*options.fps > 0 && *options.fps <= 10000))
         throw Error(ErrorCode::InvalidArgument, "fps is {}, which is not between 0 and 10000", *options.fps);
+    if (options.stack > 0) return makeScheduledReader(openStack(path, options), options.onError);
     auto source = isFramePattern(path) || isImageName(path) ? openImages(path, options) : openMovie(path, options);
     return makeScheduledReader(std::move(source), options.onError);
 }

@@ -31,6 +31,7 @@ struct ReadOptions {
     std::optional<double> fps;  ///< overrides what the file says [1/s]
     std::optional<FrameNumber> firstFrame;  ///< number of a movie's first frame (0)
     OnError onError = OnError::Stop;
+    int stack = 0;  ///< the file is one image in which so many frames stand top to bottom; 0: it is not
 };
 
 struct PlateInfo {

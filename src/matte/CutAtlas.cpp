@@ -64,6 +64,17 @@ int medianSize(std::vector<double> sizes, int least, int most)
     return std::clamp(4 * int(std::ceil(sizes[sizes.size() / 2] / 4)), least, most);
 }
 
+void check(const CutAtlasOptions& options)
+{
+    if (options.count < 1 || options.count > 4096)
+        throw Error(ErrorCode::InvalidArgument, "a stroke atlas of {} mattes: 1..4096 are possible", options.count);
+    if (options.width < 0 || options.height < 0 || options.width > 1024 || options.height > 1024)
+        throw Error(ErrorCode::InvalidArgument, "tiles of {}x{} texels: 0..1024 are possible", options.width,
+                    options.height);
+    if (!(options.acrossWidths >= 1 && options.acrossWidths <= 16))
+        throw Error(ErrorCode::InvalidArgument, "tiles {} strokes wide: 1..16 are possible", options.acrossWidths);
+}
+
 }  // namespace
 
 std::vector<RainStroke> bestStrokes(std::span<const RainStroke> strokes, int count)
@@ -123,21 +134,37 @@ ImageF cutStroke(const ImageF& alpha, const RainStroke& stroke, int width, int h
 StrokeAtlas cutAtlas(std::span<const ImageF> alphas, std::span<const RainStroke> strokes,
                      const CutAtlasOptions& options)
 {
-    if (options.count < 1 || options.count > 4096)
-        throw Error(ErrorCode::InvalidArgument, "a stroke atlas of {} mattes: 1..4096 are possible", options.count);
-    if (options.width < 0 || options.height < 0 || options.width > 1024 || options.height > 1024)
-        throw Error(ErrorCode::InvalidArgument, "tiles of {}x{} texels: 0..1024 are possible", options.width,
-                    options.height);
-    if (!(options.acrossWidths >= 1 && options.acrossWidths <= 16))
-        throw Error(ErrorCode::InvalidArgument, "tiles {} strokes wide: 1..16 are possible", options.acrossWidths);
-    for (const RainStroke& stroke : strokes)
-        if (stroke.frame < 0 || std::size_t(stroke.frame) >= alphas.size())
-            throw Error(ErrorCode::Internal, "a stroke of frame {} of {}", stroke.frame, alphas.size());
-
+    check(options);
     const std::vector<RainStroke> best = bestStrokes(strokes, options.count);
     if (best.empty())
         throw Error(ErrorCode::Input, "no rain to cut an atlas from: {} strokes found, none whole and clear",
                     strokes.size());
+    return atlasOf(alphas, best, options);
+}
+
+KeptStroke keepStroke(const ImageF& alpha, const RainStroke& stroke, double acrossWidths)
+{
+    const TileExtent extent = tileExtent(stroke, acrossWidths);
+    const int reach = int(std::ceil(std::hypot(extent.across, extent.along) / 2)) + 3;  // the cubic's
+    const int left = std::clamp(int(stroke.x) - reach, 0, alpha.width() - 1);
+    const int top = std::clamp(int(stroke.y) - reach, 0, alpha.height() - 1);
+    const int right = std::clamp(int(stroke.x) + reach, left, alpha.width() - 1);
+    const int bottom = std::clamp(int(stroke.y) + reach, top, alpha.height() - 1);
+    KeptStroke kept{stroke, ImageF(right - left + 1, bottom - top + 1, 1)};
+    for (int y = top; y <= bottom; ++y) std::copy_n(alpha.row(y) + left, kept.alpha.width(), kept.alpha.row(y - top));
+    kept.stroke.frame = 0;
+    kept.stroke.x -= left;
+    kept.stroke.y -= top;
+    return kept;
+}
+
+StrokeAtlas atlasOf(std::span<const ImageF> alphas, std::span<const RainStroke> best, const CutAtlasOptions& options)
+{
+    check(options);
+    for (const RainStroke& stroke : best)
+        if (stroke.frame < 0 || std::size_t(stroke.frame) >= alphas.size())
+            throw Error(ErrorCode::Internal, "a stroke of frame {} of {}", stroke.frame, alphas.size());
+    if (best.empty()) throw Error(ErrorCode::Input, "no strokes to make an atlas of");
     std::vector<double> across, along;
     for (const RainStroke& stroke : best) {
         const TileExtent extent = tileExtent(stroke, options.acrossWidths);

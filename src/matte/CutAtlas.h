@@ -18,8 +18,8 @@ struct CutAtlasOptions {
     float exposure = 0;           // of the footage [s], 0 unknown
 };
 
-/// The best by score, best first: those whole inside their frame, no two of which overlap in one frame, and none that is
-/// seen again in the frame before or after, within 6 px and alike in size and contrast: rain does not stand still.
+/// The best by score, best first: those whole inside their frame, no two of which overlap in one frame, and none that
+/// is seen again in the frame before or after, within 6 px and alike in size and contrast: rain does not stand still.
 std::vector<RainStroke> bestStrokes(std::span<const RainStroke> strokes, int count);
 
 /// How much of the picture a stroke's tile shows [px]: acrossWidths strokes across; along, the stroke and half a width
@@ -31,8 +31,8 @@ TileExtent tileExtent(const RainStroke& stroke, double acrossWidths) noexcept;
 
 /// One stroke, upright, in units of alpha: less its background, masked to its own reach, faded to 0 over the outer
 /// tenth of the tile's width and the outer half of the margin at its ends. Each texel is the mean of the alpha
-/// (interpolated cubically) over the texel's area, so that sum x texel area is the stroke's mass at any size. Values may
-/// be slightly below 0 where there is noise.
+/// (interpolated cubically) over the texel's area, so that sum x texel area is the stroke's mass at any size. Values
+/// may be slightly below 0 where there is noise.
 ImageF cutStroke(const ImageF& alpha, const RainStroke& stroke, int width, int height, double acrossWidths);
 
 /// The finished atlas (finishAtlas: peaks of 1) of the best strokes, one group, with lengthPixels, widthPixels,
@@ -41,5 +41,15 @@ ImageF cutStroke(const ImageF& alpha, const RainStroke& stroke, int width, int h
 /// Throws Error(Input) if there is no stroke to cut, Error(InvalidArgument) naming an option out of range.
 StrokeAtlas cutAtlas(std::span<const ImageF> alphas, std::span<const RainStroke> strokes,
                      const CutAtlasOptions& options);
+
+/// The same of all the strokes given, in their order.
+StrokeAtlas atlasOf(std::span<const ImageF> alphas, std::span<const RainStroke> best, const CutAtlasOptions& options);
+
+/// A stroke with as much of its alpha as its tile shows: what is kept of it when the frame goes.
+struct KeptStroke {
+    RainStroke stroke;  // frame 0, place in `alpha`
+    ImageF alpha;
+};
+KeptStroke keepStroke(const ImageF& alpha, const RainStroke& stroke, double acrossWidths);
 
 }  // namespace virga::matte

@@ -77,25 +77,36 @@ void settle(std::span<const ImageF> frames, DryScene& dry)
 
 }  // namespace
 
-DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& start)
+DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& start, std::span<const ImageF> covered)
 {
     DryScene dry;
     const ImageF begin = start.empty() ? shorterHalfMean(frames) : start;
     dry.range = rangeOf(begin);
     dry.scene = begin;
+    dry.trust.assign(covered.begin(), covered.end());
     settle(frames, dry);
     if (!movers || frames.size() < fewestForMovers) return dry;
-    dry.trust = sceneTrust(frames, dry.scene, leastStep * dry.range);
-    if (dry.trust.empty()) return dry;
+    dry.hasMovers = true;
+    renewTrust(frames, dry.scene, covered, dry);
+    if (!dry.hasMovers) return dry;
     dry.scene = begin;
     settle(frames, dry);
-    renewTrust(frames, dry.scene, dry);
+    renewTrust(frames, dry.scene, covered, dry);
     return dry;
 }
 
-void renewTrust(std::span<const ImageF> frames, const ImageF& scene, DryScene& dry)
+void renewTrust(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> covered, DryScene& dry)
 {
-    if (!dry.trust.empty()) dry.trust = sceneTrust(frames, scene, leastStep * dry.range);
+    if (!dry.hasMovers) return;
+    std::vector<ImageF> trust = sceneTrust(frames, scene, leastStep * dry.range);
+    dry.hasMovers = !trust.empty();
+    if (!dry.hasMovers) {
+        dry.trust.assign(covered.begin(), covered.end());
+        return;
+    }
+    for (std::size_t k = 0; k < covered.size(); ++k)
+        for (std::size_t i = 0; i < trust[k].size(); ++i) trust[k].data()[i] *= covered[k].data()[i];
+    dry.trust = std::move(trust);
 }
 
 }  // namespace virga::matte

@@ -19,6 +19,9 @@ constexpr double mostLambda = 0.2;
 constexpr double costOfNothing = 0.5;  // of alpha in a stroke, as a threshold [sigma]
 constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
+constexpr double surely = 2.0;         // standard errors
+constexpr double leastSure = 0.3;      // of |C - S|: the largest error of a C that is used
+constexpr double brightestColor = 8;   // of the range, for light that was added
 constexpr int stepsARound = 2;
 constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
 
@@ -99,6 +102,31 @@ void setCosts(const std::vector<ImageF>& alphas, const ImageF& contrast, const N
     });
 }
 
+double meanOf(std::span<const float> values)
+{
+    double sum = 0.0;
+    for (const float value : values) sum += value;
+    return sum / double(values.size());
+}
+
+/// Whether what the strokes say of C is good enough.
+ColorSource sourceOf(const RainColor& found, const ImageF& scene, double range)
+{
+    if (!found.found) return ColorSource::Fallback;
+    const double color = meanOf(std::span(found.color).first(std::size_t(scene.channels())));
+    if (color - surely * found.error > range) return ColorSource::Added;
+    const double gap = std::abs(color - meanOf(scene.values()));
+    return found.error <= leastSure * gap && color > 0.0 ? ColorSource::Strokes : ColorSource::Fallback;
+}
+
+std::array<float, 3> capped(std::array<float, 3> color, double most)
+{
+    const double brightest = *std::max_element(color.begin(), color.end());
+    if (brightest > most)
+        for (float& value : color) value *= float(most / brightest);
+    return color;
+}
+
 /// F falls in each half step, or the loop ends.
 class Descent {
 public:
@@ -162,7 +190,8 @@ Extraction paperExtraction(std::vector<ImageF>& frames, const ExtractionOptions&
 
 }  // namespace
 
-Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, ImageF scene)
+Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, const ImageF& scene,
+                       std::span<const ImageF> covered)
 {
     if (options.paper) return paperExtraction(frames, options);
     checkFootage({frames});
@@ -174,7 +203,7 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
             removeGain(frames[k], std::span(result.gains).subspan(k * channels, channels));
     });
 
-    DryScene dry = dryScene(frames, options.movers, scene);
+    DryScene dry = dryScene(frames, options.movers, scene, covered);
     result.scene = std::move(dry.scene);
     result.direction = rainDirection(risesAbove(frames, dry.trust, result.scene, 2.0 * dry.noise.typical));
     if (options.slant) result.direction.slant = *options.slant;
@@ -193,12 +222,13 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     terms.slant = result.direction.slant;
     result.alphas.assign(frames.size(), ImageF(result.scene.width(), result.scene.height(), 1));
     std::vector<ImageF> costs;
-    const auto findColor = [&] {
+    const auto chooseColor = [&] {
         if (options.color) return;
         const RainColor found = rainColor({frames, dry.trust}, result.scene, terms.slant, dry.noise.typical);
+        result.colorSource = sourceOf(found, result.scene, dry.range);
+        const bool isFound = result.colorSource != ColorSource::Fallback;
+        terms.color = isFound ? capped(found.color, brightestColor * dry.range) : options.fallbackColor;
         result.colorError = found.error;
-        if (found.found) terms.color = found.color;
-        result.colorSource = found.found ? ColorSource::Strokes : ColorSource::Fallback;
     };
     for (int round = 0; round < options.rounds && !result.rose; ++round) {
         setTerms();
@@ -208,12 +238,12 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         descent.begin();
         for (int step = 0; step < stepsARound; ++step)
             if (!descent.alphaStep(options.tolerance) || !descent.sceneStep(options.tolerance)) break;
-        if (round == 0) renewTrust(frames, result.scene, dry);
+        if (round == 0) renewTrust(frames, result.scene, covered, dry);
         if (!options.slant) {
             result.direction = rainDirection(result.alphas);
             terms.slant = result.direction.slant;
         }
-        findColor();
+        chooseColor();
     }
     // The last alphas belong to the scene and the colour that are handed out.
     setCosts(result.alphas, contrastOf(result.scene, terms.color), dry.noise, terms.slant, costs);

@@ -29,7 +29,9 @@ namespace virga::matte {
 /// Where a C comes from.
 enum class ColorSource {
     Given,
-    Strokes,   // their own samples
+    Strokes,   // their own samples, to 0.3 of |C - S| or better
+    Added,     // the same, and surely brighter than all that is in the footage: light that was added to it, as by a
+               // compositor, has no C, and one far beyond white serves
     Fallback,  // the strokes do not tell: ExtractionOptions::fallbackColor
 };
 
@@ -61,9 +63,11 @@ struct Extraction {
 };
 
 /// The frames, in order, from a camera that stands still; they lose their breathing exposure (divided by `gains`).
-/// scene  a start for S, from frames before these; may be empty.
+/// scene    a start for S, from frames before these; may be empty
+/// covered  where each frame has a picture at all, 0 or 1, one a frame; none = everywhere
 /// Throws Error(InvalidArgument) for frames that do not fit each other or are not finite (Alternation.h).
-Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, ImageF scene = {});
+Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, const ImageF& scene = {},
+                       std::span<const ImageF> covered = {});
 
 /// What is behind the rain in a frame, in place: frame - alpha (C - S) where the scene is trusted, and
 /// (frame - alpha C) / (1 - alpha) where something else is before it. The frame's own noise stays.
