@@ -27,6 +27,7 @@ int runCommand(const CommonFlags& flags, const std::function<int(const CommonFla
 /// Registers a command; returns what to call when it was chosen.
 using Runner = std::function<int()>;
 Runner addRainCommand(CLI::App& app, CLI::App*& command);
+Runner addExtractCommand(CLI::App& app, CLI::App*& command);
 Runner addEnvCommand(CLI::App& app, CLI::App*& command);
 Runner addModelCommand(CLI::App& app, CLI::App*& command);
 Runner addInfoCommand(CLI::App& app, CLI::App*& command);

@@ -15,8 +15,8 @@ namespace {
 using namespace virga;
 
 /// Every command, in the order of the help page.
-constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {cli::addRainCommand, cli::addEnvCommand,
-                                                                  cli::addModelCommand, cli::addInfoCommand};
+constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {
+    cli::addRainCommand, cli::addExtractCommand, cli::addEnvCommand, cli::addModelCommand, cli::addInfoCommand};
 
 std::vector<std::string> subcommandNames(const CLI::App& command)
 {

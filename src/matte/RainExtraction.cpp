@@ -22,6 +22,9 @@ constexpr int alongReach = 4;          // [px], to each side: what speaks for a 
 constexpr double surely = 2.0;         // standard errors
 constexpr double leastSure = 0.3;      // of |C - S|: the largest error of a C that is used
 constexpr double brightestColor = 8;   // of the range, for light that was added
+constexpr int stepsBelow = 2;
+constexpr double toleranceBelow = 1e-4;
+constexpr float opaque = 0.99f;  // what is behind more than this is not there to be seen
 constexpr int stepsARound = 2;
 constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
 
@@ -255,21 +258,39 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     return result;
 }
 
-void removeRain(ImageF& frame, std::size_t k, const Extraction& extraction)
+std::vector<ImageF> alphasBelow(std::span<const ImageF> frames, std::span<const std::size_t> which,
+                                const Extraction& extraction)
+{
+    std::vector<ImageF> mirrored, trust;
+    for (const std::size_t k : which) {
+        ImageF& mirror = mirrored.emplace_back(frames[k]);
+        for (std::size_t i = 0; i < mirror.size(); ++i)
+            mirror.data()[i] = 2.0f * extraction.scene.data()[i] - mirror.data()[i];
+        if (!extraction.trust.empty()) trust.push_back(extraction.trust[k]);
+    }
+    std::vector<ImageF> alphas(which.size(), ImageF(extraction.scene.width(), extraction.scene.height(), 1)), costs;
+    const ImageF contrast = contrastOf(extraction.scene, extraction.color);
+    for (int step = 0; step < stepsBelow; ++step) {
+        setCosts(alphas, contrast, extraction.noise, extraction.terms.slant, costs);
+        solveAlpha({mirrored, trust, costs}, extraction.scene, extraction.terms, alphas, toleranceBelow);
+    }
+    return alphas;
+}
+
+void removeRain(ImageF& frame, const ImageF& alpha, const ImageF& scene, const ImageF* trust,
+                const std::array<float, 3>& color)
 {
     const auto channels = std::size_t(frame.channels());
-    const ImageF& alpha = extraction.alphas[k];
     for (std::size_t i = 0; i < alpha.size(); ++i) {
         const float a = alpha.data()[i];
         if (a == 0.0f) continue;
-        const bool isScene = extraction.trust.empty() || extraction.trust[k].data()[i] > 0.5f;
+        const bool isScene = trust == nullptr || trust->data()[i] > 0.5f;
         for (std::size_t j = 0; j < channels; ++j) {
             float& value = frame.data()[i * channels + j];
-            const float c = extraction.color[j];
             if (isScene)
-                value -= a * (c - extraction.scene.data()[i * channels + j]);
+                value -= a * (color[j] - scene.data()[i * channels + j]);
             else
-                value = a < 0.99f ? (value - a * c) / (1.0f - a) : extraction.scene.data()[i * channels + j];
+                value = a < opaque ? (value - a * color[j]) / (1.0f - a) : scene.data()[i * channels + j];
         }
     }
 }

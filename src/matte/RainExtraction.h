@@ -69,9 +69,15 @@ struct Extraction {
 Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& options, const ImageF& scene = {},
                        std::span<const ImageF> covered = {});
 
+/// Alphas of what lies below the scene as rain lies above it, for some of the frames: the same equation for 2 S - I.
+/// There is no rain there, so what looks like strokes in them is what noise and things that move look like.
+std::vector<ImageF> alphasBelow(std::span<const ImageF> frames, std::span<const std::size_t> which,
+                                const Extraction& extraction);
+
 /// What is behind the rain in a frame, in place: frame - alpha (C - S) where the scene is trusted, and
-/// (frame - alpha C) / (1 - alpha) where something else is before it. The frame's own noise stays.
-void removeRain(ImageF& frame, std::size_t k, const Extraction& extraction);
+/// (frame - alpha C) / (1 - alpha) where something else is before it. The frame's own noise stays. `trust` may be null.
+void removeRain(ImageF& frame, const ImageF& alpha, const ImageF& scene, const ImageF* trust,
+                const std::array<float, 3>& color);
 
 /// How much alpha rests on data, 0..1: the share that the data have in what holds it, w |C - S|^2 against that and mu
 /// times the neighbours along the rain. `trust` may be null.

@@ -1,0 +1,392 @@
+#include "shot/ExtractDelivery.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "core/Parallel.h"
+#include "core/Timer.h"
+#include "io/AtomicFile.h"
+#include "matte/AtlasSheet.h"
+#include "matte/ExposureGain.h"
+#include "shot/ExtractSheet.h"
+
+namespace virga::shot {
+namespace {
+
+using nlohmann::json;
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::size_t judgedFrames = 5;
+constexpr double leastContrast = 0.01;        // of a stroke's alpha, unless the noise is less
+constexpr std::size_t mostCounted = 100'000;  // strokes that the statistics are made of
+constexpr int sheetColumns = 16;
+constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
+
+void writeText(const std::string& path, const std::string& text)
+{
+    io::checkOutputFolder(path);
+    io::AtomicFile whole(path);
+    std::ofstream file(whole.temporaryPath());
+    file << text;
+    file.close();
+    if (!file) throw Error(ErrorCode::Output, "'{}': cannot be written", path);
+    whole.commit();
+}
+
+double medianOf(std::vector<float> values)
+{
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+}  // namespace
+
+/// One frame on its way out.
+struct ExtractDelivery::Delivered {
+    ImageF alpha;       // linear light
+    ImageF confidence;  // if it is asked for
+    ImageF clean;       // scene-linear RGBA
+};
+
+ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage) : job_(job), footage_(footage)
+{
+    io::checkOutputFolder(path("alpha.exr"));
+    for (const char* name : {"alpha.####.exr", "clean.exr"})
+        if (io::isSameFile(path(name), footage.info().path))
+            throw Error(ErrorCode::Output, "'{}': is the footage itself", path(name));
+    if (job.clean == "none") return;
+    io::WriteOptions options;
+    options.half = writesHalf();
+    clean_ = io::createPlateWriter(path(job.clean), footage.reader(), options);
+}
+
+ExtractDelivery::~ExtractDelivery() = default;
+
+std::string ExtractDelivery::path(const std::string& name) const
+{
+    return (std::filesystem::path(job_.output) / name).string();
+}
+
+bool ExtractDelivery::writesHalf() const
+{
+    const io::PlateInfo& info = footage_.info();
+    return job_.half || (!job_.floats && info.bitDepth <= (info.isFloat ? 16 : 10));
+}
+
+void ExtractDelivery::setModel(ModelSpace space, const std::array<float, 3>& color)
+{
+    space_ = space;
+    color_ = color;
+    ImageF one(1, 1, 3);
+    std::copy_n(color.begin(), 3, one.data());
+    fromModel(one, space);
+    std::copy_n(one.data(), 3, linearColor_.begin());
+}
+
+void ExtractDelivery::keepPlate(const matte::Extraction& found)
+{
+    plate_ = found.scene;
+    confidence_ = matte::alphaConfidence(found, nullptr);
+}
+
+/// The alpha that lays linear C over linear light as the model lays its own over its own values; least squares over
+/// the channels.
+ImageF ExtractDelivery::toLinearAlpha(const ImageF& alpha, const ImageF& scene) const
+{
+    if (space_ == ModelSpace::Linear) return alpha;
+    const int width = alpha.width(), channels = scene.channels();
+    ImageF linear(width, alpha.height(), 1);
+    ImageF mixed(width, 1, channels), ground(width, 1, channels);
+    for (int y = 0; y < alpha.height(); ++y) {
+        for (int x = 0; x < width; ++x)
+            for (int j = 0; j < channels; ++j) {
+                const float s = scene.at(x, y, j);
+                ground.at(x, 0, j) = s;
+                mixed.at(x, 0, j) = s + alpha.at(x, y) * (color_[std::size_t(j)] - s);
+            }
+        fromModel(ground, space_);
+        fromModel(mixed, space_);
+        for (int x = 0; x < width; ++x) {
+            float pull = 0.0f, square = 0.0f;
+            for (int j = 0; j < channels; ++j) {
+                const float gap = linearColor_[std::size_t(j)] - ground.at(x, 0, j);
+                pull += gap * (mixed.at(x, 0, j) - ground.at(x, 0, j));
+                square += gap * gap;
+            }
+            const bool isSeen = alpha.at(x, y) > 0.0f && square > 0.0f;
+            linear.at(x, y) = isSeen ? std::clamp(pull / square, 0.0f, 1.0f) : 0.0f;
+        }
+    }
+    return linear;
+}
+
+/// The noise of a linear alpha is that of the footage over what an alpha of 1 changes, in the middle of the picture's
+/// values; the solver has smoothed it along the rain over sqrt(2 mu) / |C - S|.
+matte::RainStrokeOptions ExtractDelivery::strokeOptions(const matte::Extraction& found) const
+{
+    const int channels = found.scene.channels();
+    const std::size_t pixels = found.scene.size() / std::size_t(channels), stride = pixels / 20'000 + 1;
+    std::vector<float> contrasts, scales;
+    ImageF ground(1, 1, channels), nudged(1, 1, channels);
+    for (std::size_t i = 0; i < pixels; i += stride) {
+        float square = 0.0f, linearSquare = 0.0f, step = 0.0f;
+        constexpr float nudge = 0.02f;
+        for (int j = 0; j < channels; ++j) {
+            const float s = found.scene.data()[i * std::size_t(channels) + std::size_t(j)];
+            ground.data()[j] = s;
+            nudged.data()[j] = s + nudge * (color_[std::size_t(j)] - s);
+            square += (color_[std::size_t(j)] - s) * (color_[std::size_t(j)] - s);
+        }
+        fromModel(ground, space_);
+        fromModel(nudged, space_);
+        for (int j = 0; j < channels; ++j) {
+            const float gap = linearColor_[std::size_t(j)] - ground.data()[j];
+            linearSquare += gap * gap;
+            step += gap * (nudged.data()[j] - ground.data()[j]);
+        }
+        if (!(square > 0.0f && linearSquare > 0.0f)) continue;
+        contrasts.push_back(std::sqrt(square));
+        scales.push_back(step / linearSquare / nudge);
+    }
+    const double contrast = std::max(medianOf(std::move(contrasts)), 1e-9);
+    matte::RainStrokeOptions options;
+    options.slant = found.direction.slant;
+    options.noise = found.noise.typical / contrast * medianOf(std::move(scales));
+    options.noiseAlong = std::sqrt(2.0 * found.terms.mu) / contrast;
+    options.minContrast = std::min(leastContrast, std::max(options.noise, 1e-6));
+    return options;
+}
+
+void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extraction& found)
+{
+    if (job_.paper) return;
+    const std::size_t count = std::min(judgedFrames, found.alphas.size());
+    std::vector<std::size_t> which;
+    for (std::size_t i = 0; i < count; ++i) which.push_back(i * found.alphas.size() / count);
+    std::vector<ImageF> bright, dark;
+    for (const std::size_t k : which) bright.push_back(toLinearAlpha(found.alphas[k], found.scene));
+    if (job_.stabilize) {  // the frames are not in the scene's view: half of the evidence is not to be had
+        brightStrokes_ = int(matte::findRainStrokes(bright, strokeOptions(found)).size());
+        rains_ = brightStrokes_ > 0;
+        return;
+    }
+    for (const ImageF& alpha : matte::alphasBelow(frames, which, found))
+        dark.push_back(toLinearAlpha(alpha, found.scene));
+    const matte::RainStrokeOptions options = strokeOptions(found);
+    brightStrokes_ = int(matte::findRainStrokes(bright, options).size());
+    darkStrokes_ = int(matte::findRainStrokes(dark, options).size());
+    rains_ = brightStrokes_ > 2 * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
+    if (!rains_)
+        log::warning("'{}': no rain found: {} strokes brighter than the scene, {} darker; the alphas are 0",
+                     job_.footage, brightStrokes_, darkStrokes_);
+}
+
+ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window, const matte::Extraction& found,
+                                                    std::span<const matte::FrameAlignment> places, std::size_t k) const
+{
+    const auto channels = std::size_t(footage_.channels());
+    const std::span<const double> gains = std::span(found.gains).subspan(k * channels, channels);
+    ImageF frame = window.frames[k], alpha = found.alphas[k], scene = found.scene, trust;
+    if (!found.trust.empty()) trust = found.trust[k];
+    if (!places.empty()) {
+        matte::removeGain(frame, gains);
+        const matte::Homography& place = places[k].referenceFromFrame;
+        alpha = matte::warpFromReference(alpha, place);
+        for (float& value : alpha.values()) value = std::clamp(value, 0.0f, 1.0f);
+        scene = matte::warpFromReference(scene, place);
+        if (!trust.empty()) trust = matte::warpFromReference(trust, place);
+    }
+    if (!rains_)
+        for (float& value : alpha.values()) value = 0.0f;
+
+    Delivered out;
+    out.alpha = job_.paper ? alpha : toLinearAlpha(alpha, scene);
+    if (job_.confidence) {
+        matte::Extraction here;
+        here.scene = scene;
+        here.color = found.color;
+        here.terms = found.terms;
+        out.confidence = matte::alphaConfidence(here, trust.empty() ? nullptr : &trust);
+    }
+    matte::removeRain(frame, alpha, scene, trust.empty() ? nullptr : &trust, found.color);
+    matte::applyGain(frame, gains);
+    fromModel(frame, space_);
+    out.clean = ImageF(frame.width(), frame.height(), 4, 1.0f);
+    for (std::size_t i = 0; i < alpha.size(); ++i) {
+        for (std::size_t j = 0; j < 3; ++j)
+            out.clean.data()[4 * i + j] = frame.data()[i * channels + (channels == 3 ? j : 0)];
+        if (!window.coverages.empty()) out.clean.data()[4 * i + 3] = window.coverages[k].data()[i];
+    }
+    return out;
+}
+
+bool ExtractDelivery::deliver(const FootageWindow& window, const matte::Extraction& found,
+                              std::span<const matte::FrameAlignment> places, std::size_t from, std::size_t to,
+                              const std::function<bool(FrameNumber)>& tell)
+{
+    bool goesOn = true;
+    // A few frames at a time, so that the cores are busy and memory is bounded.
+    constexpr std::size_t atOnce = 4;
+    std::vector<ImageF> alphas;
+    for (std::size_t begin = from; begin < to && goesOn; begin += atOnce) {
+        const std::size_t end = std::min(to, begin + atOnce);
+        std::vector<Delivered> out(end - begin);
+        const Timer timer;
+        parallelFor(0, std::ptrdiff_t(out.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            for (auto n = std::size_t(first); n < std::size_t(last); ++n)
+                out[n] = prepare(window, found, places, begin + n);
+        });
+        seconds_["clean"] += timer.seconds();
+        const Timer writing;
+        parallelFor(0, std::ptrdiff_t(out.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            for (auto n = std::size_t(first); n < std::size_t(last); ++n) {
+                const FrameNumber number = window.numbers[begin + n];
+                io::writeExr(io::framePath(path("alpha.####.exr"), number), out[n].alpha, {"A"}, writesHalf());
+                if (job_.confidence)
+                    io::writeExr(io::framePath(path("confidence.####.exr"), number), out[n].confidence, {"confidence"},
+                                 true);
+            }
+        });
+        for (std::size_t n = 0; n < out.size() && goesOn; ++n) {
+            const std::size_t k = begin + n;
+            for (const float value : out[n].alpha.values()) wetSamples_ += value > 0.05f;
+            samples_ += double(out[n].alpha.size());
+            if (delivered_.size() == footage_.frames().size() / 2) {
+                sheetFrame_ = window.frames[k];
+                fromModel(sheetFrame_, space_);
+                sheetAlpha_ = out[n].alpha;
+                sheetClean_ = out[n].clean;
+            }
+            if (clean_) clean_->write({window.numbers[k], std::move(out[n].clean), {}, window.extras[k]});
+            alphas.push_back(std::move(out[n].alpha));
+            delivered_.push_back(window.numbers[k]);
+            goesOn = tell(window.numbers[k]);
+        }
+        seconds_["write"] += writing.seconds();
+    }
+    if (!job_.paper && rains_) gather(alphas, found);
+    return goesOn;
+}
+
+/// Strokes for the statistics and the best of them for the atlas.
+void ExtractDelivery::gather(std::span<const ImageF> alphas, const matte::Extraction& found)
+{
+    const Timer timer;
+    const std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, strokeOptions(found));
+    if (strokes_.size() < mostCounted) {
+        strokes_.insert(strokes_.end(), strokes.begin(), strokes.end());
+        countedFrames_ += alphas.size();
+    }
+    for (const matte::RainStroke& stroke : matte::bestStrokes(strokes, job_.strokes))
+        best_.push_back(matte::keepStroke(alphas[std::size_t(stroke.frame)], stroke, acrossWidths));
+    std::stable_sort(best_.begin(), best_.end(), [](const matte::KeptStroke& a, const matte::KeptStroke& b) {
+        return a.stroke.score > b.stroke.score;
+    });
+    if (best_.size() > std::size_t(job_.strokes)) best_.resize(std::size_t(job_.strokes));
+    seconds_["strokes"] += timer.seconds();
+}
+
+void ExtractDelivery::finish()
+{
+    const Timer timer;
+    if (clean_) clean_->finish();
+    ImageF plate = plate_;
+    fromModel(plate, space_);
+    ImageF rgb(plate.width(), plate.height(), 3);
+    for (std::size_t i = 0; i < rgb.size(); ++i)
+        rgb.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
+    io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false);
+    io::writeExr(path("confidence.exr"), confidence_, {"confidence"}, true);
+    if (!best_.empty()) {
+        std::vector<ImageF> alphas;
+        std::vector<matte::RainStroke> strokes;
+        for (matte::KeptStroke& kept : best_) {
+            kept.stroke.frame = int(alphas.size());
+            alphas.push_back(std::move(kept.alpha));
+            strokes.push_back(kept.stroke);
+        }
+        matte::CutAtlasOptions options;
+        options.count = job_.strokes;
+        options.width = job_.tileWidth;
+        options.height = job_.tileHeight;
+        options.acrossWidths = acrossWidths;
+        options.exposure = float(job_.exposure_s.value_or(0.0));
+        atlas_ = matte::atlasOf(alphas, strokes, options);
+        const int columns = std::min(sheetColumns, atlas_->count());
+        io::writeExr(path("atlas.exr"), matte::atlasSheet(*atlas_, columns), {"A"}, false);
+        writeText(path("atlas.json"), matte::atlasJson(*atlas_, columns));
+    }
+    if (!sheetFrame_.empty())
+        io::writePng(path("sheet.png"),
+                     extractSheet(sheetFrame_, sheetAlpha_, rgb, sheetClean_, atlas_ ? &*atlas_ : nullptr));
+    seconds_["write"] += timer.seconds();
+}
+
+json ExtractDelivery::report() const
+{
+    const io::PlateInfo& info = footage_.info();
+    std::vector<ImageF> sizes;  // rainStatistics asks the alphas for their area alone
+    matte::RainStatistics s = matte::rainStatistics(strokes_, sizes);
+    const double megapixels = 1e-6 * info.width * info.height;
+    const double perFrame = countedFrames_ > 0 ? double(s.count) / double(countedFrames_) : 0.0;
+    json rain = {{"found", job_.paper ? json() : json(rains_)},
+                 {"strokes_bright", brightStrokes_},
+                 {"strokes_dark", darkStrokes_},
+                 {"color", {linearColor_[0], linearColor_[1], linearColor_[2]}},
+                 {"strokes", s.count},
+                 {"strokes_per_frame", perFrame},
+                 {"strokes_per_megapixel", perFrame / megapixels},
+                 {"strokes_slant_deg", s.slant / degree},
+                 {"slant_spread_deg", s.slantSpread / degree},
+                 {"mean_length_px", s.meanLength},
+                 {"median_length_px", s.medianLength},
+                 {"mean_width_px", s.meanWidth},
+                 {"wet_share", samples_ > 0 ? wetSamples_ / samples_ : 0.0}};
+    json seconds = json::object();
+    for (const auto& [name, value] : seconds_) seconds[name] = value;
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    json files = {{"alpha", "alpha.####.exr"}, {"plate", "clean.exr"}, {"confidence", "confidence.exr"}};
+    if (job_.clean != "none") files["clean"] = job_.clean;
+    if (atlas_) files["atlas"] = "atlas.exr";
+    if (!sheetFrame_.empty()) files["sheet"] = "sheet.png";
+    return {{"format", "virga-extract-report"},
+            {"version", 1},
+            {"footage",
+             {{"path", info.path},
+              {"width", info.width},
+              {"height", info.height},
+              {"fps", info.fps},
+              {"frames", delivered_.size()},
+              {"frame_range", formatFrameRange(delivered_)},
+              {"format", info.format},
+              {"colorspace", info.colorspace},
+              {"colorspace_source", info.colorspaceSource}}},
+            {"rain", std::move(rain)},
+            {"atlas",
+             atlas_ ? json{{"strokes", atlas_->count()}, {"tile_width", atlas_->width}, {"tile_height", atlas_->height}}
+                    : json()},
+            {"match", json()},
+            {"files", std::move(files)},
+            {"repaired", {{"values", footage_.repairedValues()}, {"frames", footage_.repairedFrames()}}},
+            {"seconds", std::move(seconds)},
+            {"peak_memory_mb", double(usage.ru_maxrss) / 1024}};
+}
+
+void ExtractDelivery::writeReport(const json& report) const
+{
+    writeText(path("report.json"), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace virga::shot

@@ -1,0 +1,81 @@
+// What `virga extract` leaves in its folder: mattes, footage without rain, plate, atlas, sheet, report.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "matte/CutAtlas.h"
+#include "matte/FrameAlignment.h"
+#include "matte/RainExtraction.h"
+#include "shot/ExtractFootage.h"
+
+namespace virga::shot {
+
+class ExtractDelivery {
+public:
+    /// Checks the names before there is work to lose. Throws Error(Output).
+    ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage);
+    ~ExtractDelivery();
+
+    /// What the whole clip is delivered in. C in the values of the model.
+    void setModel(ModelSpace space, const std::array<float, 3>& color);
+
+    /// Whether it rains at all: strokes that are brighter than the scene against those that are darker, of which rain
+    /// makes none. Where it does not, alphas are 0 and the frames stay as they are.
+    void judge(std::span<const ImageF> frames, const matte::Extraction& found);
+    bool rains() const { return rains_; }
+
+    /// The scene that clean.exr shows.
+    void keepPlate(const matte::Extraction& found);
+    const ImageF& plateInModel() const { return plate_; }
+
+    /// Frames [from, to) of a solved window. places: of a camera that moved (FrameAlignment.h), or none; with them the
+    /// frames still have their breathing exposure. tell(number) after each; false ends it and is returned.
+    bool deliver(const FootageWindow& window, const matte::Extraction& found,
+                 std::span<const matte::FrameAlignment> places, std::size_t from, std::size_t to,
+                 const std::function<bool(FrameNumber)>& tell);
+
+    /// Plate, atlas, sheet.
+    void finish();
+
+    /// "footage", "rain", "atlas", "match", "files", "repaired", "seconds".
+    nlohmann::json report() const;
+    void writeReport(const nlohmann::json& report) const;
+
+private:
+    struct Delivered;
+
+    std::string path(const std::string& name) const;
+    bool writesHalf() const;
+    Delivered prepare(const FootageWindow& window, const matte::Extraction& found,
+                      std::span<const matte::FrameAlignment> places, std::size_t k) const;
+    ImageF toLinearAlpha(const ImageF& alpha, const ImageF& scene) const;
+    matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
+    void gather(std::span<const ImageF> alphas, const matte::Extraction& found);
+
+    const ExtractJobOptions& job_;
+    ExtractFootage& footage_;
+    std::unique_ptr<io::PlateWriter> clean_;
+    ModelSpace space_ = ModelSpace::Linear;
+    std::array<float, 3> color_{};        // in the values of the model
+    std::array<float, 3> linearColor_{};  // the same in linear light
+    bool rains_ = true;
+    int brightStrokes_ = 0, darkStrokes_ = 0;
+    ImageF plate_;       // in the values of the model
+    ImageF confidence_;  // of the survey
+    std::vector<FrameNumber> delivered_;
+    std::vector<matte::RainStroke> strokes_;  // of the frames whose strokes are counted
+    std::size_t countedFrames_ = 0;
+    std::vector<matte::KeptStroke> best_;
+    std::optional<matte::StrokeAtlas> atlas_;
+    ImageF sheetFrame_, sheetAlpha_, sheetClean_;
+    double wetSamples_ = 0, samples_ = 0, confident_ = 0;
+    std::map<std::string, double> seconds_;
+};
+
+}  // namespace virga::shot

@@ -1,0 +1,157 @@
+#include "shot/ExtractFootage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+
+#include "core/Error.h"
+#include "core/Parallel.h"
+#include "core/Timer.h"
+
+namespace virga::shot {
+namespace {
+
+template <class T>
+void append(std::vector<T>& to, std::vector<T>&& from)
+{
+    std::move(from.begin(), from.end(), std::back_inserter(to));
+}
+
+template <class T>
+void erase(std::vector<T>& from, std::size_t count)
+{
+    if (!from.empty()) from.erase(from.begin(), from.begin() + std::ptrdiff_t(count));
+}
+
+io::OnError onErrorOf(const std::string& word)
+{
+    if (word == "skip") return io::OnError::Skip;
+    if (word == "hold") return io::OnError::Hold;
+    return io::OnError::Stop;
+}
+
+std::vector<FrameNumber> framesOf(const ExtractJobOptions& options, const io::PlateInfo& info)
+{
+    if (info.frames.empty()) throw Error(ErrorCode::Input, "'{}' holds no frame", options.footage);
+    if (options.frames.empty()) return info.frames;
+    std::vector<FrameNumber> frames = parseFrameRange(options.frames);
+    std::sort(frames.begin(), frames.end());
+    const std::set<FrameNumber> known(info.frames.begin(), info.frames.end());
+    std::vector<FrameNumber> missing;
+    for (const FrameNumber frame : frames)
+        if (!known.contains(frame)) missing.push_back(frame);
+    if (!missing.empty())
+        throw Error(info.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
+                    "frames {} are not in '{}', which has {}", formatFrameRange(missing), options.footage,
+                    formatFrameRange(info.frames));
+    return frames;
+}
+
+/// RGBA -> RGB; what is not finite becomes 0 and is marked in `finite`, which stays empty if all is.
+std::size_t takeColor(const ImageF& rgba, ImageF& rgb, ImageF& finite)
+{
+    rgb = ImageF(rgba.width(), rgba.height(), 3);
+    std::size_t repaired = 0;
+    for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
+        const float* from = rgba.data() + 4 * i;
+        float* to = rgb.data() + 3 * i;
+        std::copy_n(from, 3, to);
+        if (std::isfinite(from[0]) && std::isfinite(from[1]) && std::isfinite(from[2])) continue;
+        if (finite.empty()) finite = ImageF(rgba.width(), rgba.height(), 1, 1.0f);
+        finite.data()[i] = 0.0f;
+        for (int j = 0; j < 3; ++j)
+            if (!std::isfinite(to[j])) to[j] = 0.0f, ++repaired;
+    }
+    return repaired;
+}
+
+}  // namespace
+
+void FootageWindow::add(FootageWindow&& more)
+{
+    // Masks are there for all frames or for none.
+    if (finite.empty() != more.finite.empty()) {
+        FootageWindow& without = finite.empty() ? *this : more;
+        for (const ImageF& frame : without.frames) without.finite.emplace_back(frame.width(), frame.height(), 1, 1.0f);
+    }
+    append(numbers, std::move(more.numbers));
+    append(frames, std::move(more.frames));
+    append(finite, std::move(more.finite));
+    append(coverages, std::move(more.coverages));
+    append(extras, std::move(more.extras));
+}
+
+void FootageWindow::dropFirst(std::size_t count)
+{
+    erase(numbers, count);
+    erase(frames, count);
+    erase(finite, count);
+    erase(coverages, count);
+    erase(extras, count);
+}
+
+ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
+{
+    io::ReadOptions read;
+    read.colorspace = options.colorspace;
+    read.fps = options.fps;
+    read.onError = onErrorOf(options.onError);
+    read.stack = options.stack;
+    reader_ = io::openPlate(options.footage, read);
+    frames_ = framesOf(options, reader_->info());
+}
+
+FootageWindow ExtractFootage::readLinear(const std::vector<FrameNumber>& numbers)
+{
+    FootageWindow window;
+    reader_->schedule(numbers);
+    for (const FrameNumber number : numbers) {
+        const Timer timer;
+        std::optional<io::PlateFrame> frame = reader_->read(number);
+        seconds_ += timer.seconds();
+        if (!frame) {
+            repairedFrames_.push_back(fmt::format("frame {} was skipped", number));
+            continue;
+        }
+        if (!frame->repaired.empty()) repairedFrames_.push_back(frame->repaired);
+        FootageWindow one;
+        one.numbers = {number};
+        one.frames.resize(1);
+        ImageF finite;
+        repairedValues_ += takeColor(frame->pixels, one.frames[0], finite);
+        if (!finite.empty()) one.finite.push_back(std::move(finite));
+        if (info().hasAlpha) {
+            ImageF& coverage = one.coverages.emplace_back(info().width, info().height, 1);
+            for (std::size_t i = 0; i < coverage.size(); ++i) coverage.data()[i] = frame->pixels.data()[4 * i + 3];
+        }
+        one.extras.push_back(frame->extras);
+        window.add(std::move(one));
+    }
+    return window;
+}
+
+void ExtractFootage::judgeChannels(const FootageWindow& linear)
+{
+    for (const ImageF& frame : linear.frames)
+        for (std::size_t i = 0; i < frame.size(); i += 3)
+            if (frame.data()[i] != frame.data()[i + 1] || frame.data()[i] != frame.data()[i + 2]) return;
+    channels_ = 1;
+}
+
+void ExtractFootage::toModel(FootageWindow& linear, ModelSpace space) const
+{
+    parallelFor(0, std::ptrdiff_t(linear.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            ImageF& frame = linear.frames[k];
+            if (channels_ == 1) {
+                ImageF grey(frame.width(), frame.height(), 1);
+                for (std::size_t i = 0; i < grey.size(); ++i) grey.data()[i] = frame.data()[3 * i];
+                frame = std::move(grey);
+            }
+            shot::toModel(frame, space);
+        }
+    });
+}
+
+}  // namespace virga::shot

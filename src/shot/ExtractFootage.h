@@ -1,0 +1,59 @@
+// The frames of footage as the extraction wants them: a window at a time, in the values of the model.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "io/Plate.h"
+#include "shot/ExtractJob.h"
+#include "shot/ModelSpace.h"
+
+namespace virga::shot {
+
+/// Some frames, in order; every vector has one entry a frame or is empty.
+struct FootageWindow {
+    std::vector<FrameNumber> numbers;
+    std::vector<ImageF> frames;     // 1 or 3 channels, finite
+    std::vector<ImageF> finite;     // 0 where a value was not, 1 elsewhere; empty: all are
+    std::vector<ImageF> coverages;  // the plate's alpha; empty: it has none
+    std::vector<std::shared_ptr<const io::FrameExtras>> extras;
+
+    std::size_t size() const { return numbers.size(); }
+    void add(FootageWindow&& more);
+    /// Takes the first `count` frames away.
+    void dropFirst(std::size_t count);
+};
+
+class ExtractFootage {
+public:
+    /// Opens it. Throws Error(Input), Error(InvalidArgument) for frames that a movie does not have.
+    explicit ExtractFootage(const ExtractJobOptions& options);
+
+    io::PlateReader& reader() { return *reader_; }
+    const io::PlateInfo& info() const { return reader_->info(); }
+    /// Those to deliver, ascending.
+    const std::vector<FrameNumber>& frames() const { return frames_; }
+    int channels() const { return channels_; }
+    std::size_t repairedValues() const { return repairedValues_; }
+    const std::vector<std::string>& repairedFrames() const { return repairedFrames_; }
+    double seconds() const { return seconds_; }  ///< spent waiting for frames
+
+    /// Frames in linear light, RGB. Those that cannot be read are left out if options.onError says so.
+    FootageWindow readLinear(const std::vector<FrameNumber>& numbers);
+
+    /// One channel from now on, if these are grey in every pixel.
+    void judgeChannels(const FootageWindow& linear);
+
+    /// To the values of the model and as many channels as the footage needs.
+    void toModel(FootageWindow& linear, ModelSpace space) const;
+
+private:
+    std::unique_ptr<io::PlateReader> reader_;
+    std::vector<FrameNumber> frames_;
+    int channels_ = 3;
+    std::size_t repairedValues_ = 0;
+    std::vector<std::string> repairedFrames_;
+    double seconds_ = 0;
+};
+
+}  // namespace virga::shot

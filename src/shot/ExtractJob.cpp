@@ -1,0 +1,476 @@
+#include "shot/ExtractJob.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "core/Timer.h"
+#include "matte/ExposureGain.h"
+#include "matte/FrameAlignment.h"
+#include "matte/RainExtraction.h"
+#include "shot/EnvironmentColor.h"
+#include "shot/ExtractDelivery.h"
+#include "shot/ExtractFootage.h"
+#include "shot/ModelSpace.h"
+
+namespace virga::shot {
+namespace {
+
+using nlohmann::json;
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr double mostUntrusted = 0.35;  // of all samples: beyond it no scene stands still
+constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
+constexpr std::size_t judgedColumns = 200;  // of the frames that tell in which space the model fits
+
+matte::ExtractionOptions matteOptions(const ExtractJobOptions& job)
+{
+    matte::ExtractionOptions options;
+    options.paper = job.paper;
+    options.lambda = job.lambda;
+    options.mu = job.mu;
+    options.rounds = job.iterations.value_or(job.paper ? 20 : options.rounds);
+    options.tolerance = job.tolerance;
+    options.movers = job.movers;
+    if (job.slant_deg) options.slant = *job.slant_deg * degree;
+    return options;
+}
+
+/// A folder that is taken away again if nothing comes of it.
+class OutputFolder {
+public:
+    explicit OutputFolder(const std::string& path) : path_(path)
+    {
+        std::error_code error;
+        if (std::filesystem::is_directory(path_, error)) return;
+        if (std::filesystem::exists(path_, error))
+            throw Error(ErrorCode::Output, "'{}': is a file, not a folder", path);
+        if (!std::filesystem::create_directory(path_, error))
+            throw Error(ErrorCode::Output, "'{}': the folder cannot be made: {}", path,
+                        error ? error.message() : "there is no folder to make it in");
+        isOurs_ = true;
+    }
+    ~OutputFolder()
+    {
+        std::error_code error;
+        if (isOurs_ && std::filesystem::is_empty(path_, error)) std::filesystem::remove(path_, error);
+    }
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+
+private:
+    std::filesystem::path path_;
+    bool isOurs_ = false;
+};
+
+/// Every n-th column and row, so that about judgedColumns are left.
+ImageF thinned(const ImageF& image)
+{
+    const int step = std::max(1, image.width() / int(judgedColumns));
+    ImageF thin((image.width() + step - 1) / step, (image.height() + step - 1) / step, image.channels());
+    for (int y = 0; y < thin.height(); ++y)
+        for (int x = 0; x < thin.width(); ++x)
+            std::copy_n(image.pixel(x * step, y * step), image.channels(), thin.pixel(x, y));
+    return thin;
+}
+
+struct SpaceChoice {
+    ModelSpace space = ModelSpace::Linear;
+    std::optional<double> linear, display;  // unevenness of the noise in either
+    std::string why;
+};
+
+SpaceChoice chooseSpace(const ExtractJobOptions& job, const io::PlateInfo& info, const FootageWindow& linear)
+{
+    SpaceChoice choice;
+    if (const std::optional<ModelSpace> asked = modelSpaceNamed(job.space)) return {*asked, {}, {}, "--space"};
+    if (job.linear) return {ModelSpace::Linear, {}, {}, "--linear"};
+    std::vector<ImageF> thin;
+    for (const ImageF& frame : linear.frames) thin.push_back(thinned(frame));
+    choice.linear = noiseUnevenness(thin);
+    for (ImageF& frame : thin) toModel(frame, ModelSpace::Display);
+    choice.display = noiseUnevenness(thin);
+    const bool isKnown = choice.linear && choice.display;
+    if (isKnown) {
+        choice.space = *choice.display < *choice.linear ? ModelSpace::Display : ModelSpace::Linear;
+        choice.why = "its noise is the more even";
+    } else {
+        choice.space = info.isFloat ? ModelSpace::Linear : ModelSpace::Display;
+        choice.why = "no noise to judge by; as the file is";
+    }
+    return choice;
+}
+
+/// Frames [first, first + count) solved together, of which [from, to) are delivered.
+struct Span {
+    std::size_t first, count, from, to;
+};
+
+/// One span where the footage is no longer than one and a half windows; else windows that overlap by half, each
+/// delivering its middle half, so that every frame has frames before and after it.
+std::vector<Span> spansOf(std::size_t frames, std::size_t window)
+{
+    if (2 * frames <= 3 * window || window < 4) {
+        if (2 * frames <= 3 * window) return {{0, frames, 0, frames}};
+    }
+    std::vector<Span> spans;
+    const std::size_t hop = std::max<std::size_t>(1, window / 2);
+    std::size_t delivered = 0;
+    for (std::size_t first = 0; delivered < frames; first += hop) {
+        first = std::min(first, frames - window);
+        const bool isLast = first + window == frames;
+        const std::size_t to = isLast ? frames : first + window - (window - hop) / 2;
+        spans.push_back({first, window, delivered, to});
+        delivered = to;
+    }
+    return spans;
+}
+
+/// What a frame does not show is taken from the reference, so that it has an exposure and a median; it is not trusted.
+void fillUncovered(ImageF& frame, const ImageF& covered, const ImageF& reference)
+{
+    const auto channels = std::size_t(frame.channels());
+    for (std::size_t i = 0; i < covered.size(); ++i)
+        if (covered.data()[i] < 0.5f)
+            std::copy_n(reference.data() + i * channels, channels, frame.data() + i * channels);
+}
+
+double untrustedShare(const matte::Extraction& found)
+{
+    double sum = 0, count = 0;
+    for (const ImageF& trust : found.trust)
+        for (const float value : trust.values()) {
+            sum += value < 0.5f;
+            ++count;
+        }
+    return count > 0 ? sum / count : 0;
+}
+
+/// Linear-light colour -> as the model has it.
+std::array<float, 3> toModelColor(const std::array<double, 3>& color, ModelSpace space)
+{
+    ImageF one(1, 1, 3);
+    for (std::size_t j = 0; j < 3; ++j) one.data()[j] = float(color[j]);
+    toModel(one, space);
+    return {one.data()[0], one.data()[1], one.data()[2]};
+}
+
+class ExtractRun {
+public:
+    ExtractRun(const ExtractJobOptions& job, const std::function<Verdict(const Progress&)>& progress)
+        : job_(job), progress_(progress), footage_(job), delivery_(job, footage_)
+    {
+        options_ = matteOptions(job);
+    }
+
+    json run()
+    {
+        survey();
+        solveAll();
+        return report();
+    }
+
+private:
+    using Window = FootageWindow;
+
+    std::vector<FrameNumber> numbers(std::size_t first, std::size_t count) const
+    {
+        const auto begin = footage_.frames().begin() + std::ptrdiff_t(first);
+        return {begin, begin + std::ptrdiff_t(count)};
+    }
+
+    /// The frames that the whole clip is judged by: all of a short one, else as many as a window has, evenly spread, or
+    /// neighbours where the camera moves.
+    std::vector<FrameNumber> surveyed() const
+    {
+        const std::size_t all = footage_.frames().size();
+        if (spans_.size() == 1) return footage_.frames();
+        const auto count = std::min(all, std::size_t(job_.window));
+        if (job_.stabilize) return numbers((all - count) / 2, count);
+        std::vector<FrameNumber> some;
+        for (std::size_t i = 0; i < count; ++i)
+            some.push_back(footage_.frames()[count > 1 ? i * (all - 1) / (count - 1) : 0]);
+        return some;
+    }
+
+    void survey()
+    {
+        spans_ = spansOf(footage_.frames().size(), std::size_t(job_.window));
+        Window window = footage_.readLinear(surveyed());
+        if (window.size() == 0)
+            throw Error(ErrorCode::Input, "'{}': none of the frames {} could be read", job_.footage,
+                        formatFrameRange(footage_.frames()));
+        const Timer timer;
+        space_ = chooseSpace(job_, footage_.info(), window);
+        footage_.judgeChannels(window);
+        footage_.toModel(window, space_.space);
+        if (job_.color) options_.color = toModelColor(*job_.color, space_.space);
+        const double preparing = timer.seconds();
+        seconds_["prepare"] += preparing;
+
+        Solved solved = solve(window, {});
+        judgeStillness(solved);
+        const bool isFallback = solved.found.colorSource == matte::ColorSource::Fallback && !job_.color;
+        if (isFallback && !job_.paper) {
+            fallBack(solved.found);
+            solved = solve(window, {});
+        }
+        colorSource_ = !isFallback || job_.paper ? nameOf(solved.found.colorSource) : fallbackName_;
+        colorError_ = solved.found.colorError;
+        delivery_.setModel(space_.space, solved.found.color);
+        {
+            const Timer judging;
+            delivery_.judge(window.frames, solved.found);
+            seconds_["strokes"] += judging.seconds();
+        }
+        delivery_.keepPlate(solved.found);
+        direction_ = solved.found.direction;
+        describe(solved);
+        if (spans_.size() == 1) {
+            delivered_ = std::move(window);
+            only_ = std::move(solved);
+            return;
+        }
+        options_.color = solved.found.color;
+        if (!job_.slant_deg) options_.slant = solved.found.direction.slant;
+    }
+
+    /// A window's solution. Where the camera moves it is that of the middle frame's view.
+    struct Solved {
+        matte::Extraction found;
+        std::vector<matte::FrameAlignment> places;  // empty: the camera stands
+    };
+
+    Solved solve(Window& window, const ImageF& start)
+    {
+        const Timer timer;
+        Solved solved;
+        if (!job_.stabilize) {
+            restore(window);
+            solved.found = matte::extractRain(window.frames, options_, start, window.finite);
+            gains_ = solved.found.gains;
+        } else {
+            const int middle = int(window.size() / 2);
+            solved.places = matte::alignFrames(window.frames, middle);
+            std::vector<ImageF> frames(window.size()), covered(window.size());
+            for (std::size_t k = 0; k < window.size(); ++k) {
+                const matte::FrameAlignment& place = solved.places[k];
+                frames[k] = matte::warpToReference(window.frames[k], place.referenceFromFrame, &covered[k]);
+                if (!place.found)
+                    if (!place.found)
+                        for (float& value : covered[k].values()) value = 0.0f;
+                fillUncovered(frames[k], covered[k], window.frames[std::size_t(middle)]);
+                if (window.finite.empty()) continue;
+                const ImageF finite = matte::warpToReference(window.finite[k], place.referenceFromFrame);
+                for (std::size_t i = 0; i < finite.size(); ++i)
+                    covered[k].data()[i] *= finite.data()[i] > 0.99f ? 1.0f : 0.0f;
+            }
+            solved.found = matte::extractRain(frames, options_, {}, covered);
+        }
+        if (solved.found.rose) log::warning("the objective rose in a half step; the alternation was stopped there");
+        seconds_["solve"] += timer.seconds();
+        return solved;
+    }
+
+    /// Gives the frames back the exposure that an earlier solve took out.
+    void restore(Window& window)
+    {
+        const auto channels = std::size_t(footage_.channels());
+        for (std::size_t k = 0; k < window.size() && gains_.size() == window.size() * channels; ++k)
+            matte::applyGain(window.frames[k], std::span(gains_).subspan(k * channels, channels));
+        gains_.clear();
+    }
+
+    void judgeStillness(const Solved& solved)
+    {
+        untrusted_ = untrustedShare(solved.found);
+        double residual = 0, inliers = 1;
+        std::size_t lost = 0;
+        for (const matte::FrameAlignment& place : solved.places) {
+            residual = std::max(residual, place.residual_px);
+            inliers = std::min(inliers, place.inlierShare);
+            motion_px_ = std::max(motion_px_, place.motion_px);
+            lost += !place.found;
+        }
+        residual_px_ = residual;
+        inlierShare_ = inliers;
+        std::string problem;
+        if (lost > 0)
+            problem = fmt::format("{} of {} frames cannot be registered", lost, solved.places.size());
+        else if (!solved.places.empty() && (inliers < fewestInliers || residual > mostResidual_px))
+            problem = fmt::format("after registration {:.0f} % of the picture is in place, to {:.2f} px", 100 * inliers,
+                                  residual);
+        else if (untrusted_ > mostUntrusted)
+            problem = fmt::format("{:.0f} % of the samples are of things that move{}", 100 * untrusted_,
+                                  job_.stabilize ? "" : "; for a camera that shakes or pans there is --stabilize");
+        if (problem.empty()) return;
+        const std::string sentence =
+            fmt::format("'{}': no scene stands still behind the rain: {}", job_.footage, problem);
+        if (!job_.force) throw Error(ErrorCode::Input, "{} (--force goes on)", sentence);
+        log::warning("{}", sentence);
+    }
+
+    /// C where the strokes do not tell: what a drop returns of the light around the plate, if that is brighter than
+    /// most of the scene; else white.
+    void fallBack(const matte::Extraction& found)
+    {
+        ImageF plate = found.scene;
+        fromModel(plate, space_.space);
+        const std::array<double, 3> color = environmentColor(plate, job_.fov_deg * degree);
+        double mean = 0, ground = 0;
+        for (const double value : color) mean += value / 3;
+        for (const float value : plate.values()) ground += double(value) / double(plate.size());
+        const bool isBright = mean > ground;
+        options_.fallbackColor = toModelColor(isBright ? color : std::array<double, 3>{1, 1, 1}, space_.space);
+        fallbackName_ = isBright ? "environment" : "assumed";
+    }
+
+    void solveAll()
+    {
+        const Timer clock;
+        Progress state;
+        state.total = footage_.frames().size();
+        const auto tell = [&](FrameNumber number) {
+            ++state.done;
+            state.frame = number;
+            state.seconds = clock.seconds();
+            return progress_(state) == Verdict::Continue;
+        };
+        if (spans_.size() == 1) {
+            deliver(delivered_, only_, 0, delivered_.size(), tell);
+            finish();
+            return;
+        }
+        Window window;
+        std::size_t held = 0;  // frames [held - window.size(), held) are in the window, those left out not counted
+        ImageF scene = delivery_.plateInModel();
+        std::size_t begin = 0;
+        for (const Span& span : spans_) {
+            window.dropFirst(std::min(window.size(), span.first - begin));
+            begin = span.first;
+            Window more = footage_.readLinear(numbers(held, span.first + span.count - held));
+            held = span.first + span.count;
+            footage_.toModel(more, space_.space);
+            window.add(std::move(more));
+            if (window.size() == 0) continue;
+            Solved solved = solve(window, scene);
+            const FrameNumber from = footage_.frames()[span.from], last = footage_.frames()[span.to - 1];
+            std::size_t k0 = 0, k1 = window.size();
+            while (k0 < k1 && window.numbers[k0] < from) ++k0;
+            while (k1 > k0 && window.numbers[k1 - 1] > last) --k1;
+            if (!deliver(window, solved, k0, k1, tell)) break;
+            if (!job_.stabilize) scene = solved.found.scene;
+            restore(window);
+        }
+        finish();
+    }
+
+    template <class Tell>
+    bool deliver(const Window& window, const Solved& solved, std::size_t from, std::size_t to, const Tell& tell)
+    {
+        stopped_ = !delivery_.deliver(window, solved.found, solved.places, from, to, tell);
+        return !stopped_;
+    }
+
+    void finish() { delivery_.finish(); }
+
+    void describe(const Solved& solved)
+    {
+        const matte::Extraction& e = solved.found;
+        const auto [least, most] = std::minmax_element(e.gains.begin(), e.gains.end());
+        json objective = json::array();
+        for (const matte::RainObjective& f : e.history) objective.push_back(f.total());
+        model_ = {{"space", nameOf(space_.space)},
+                  {"space_chosen", space_.why},
+                  {"noise_unevenness",
+                   {{"linear", space_.linear ? json(*space_.linear) : json()},
+                    {"display", space_.display ? json(*space_.display) : json()}}},
+                  {"paper", job_.paper},
+                  {"channels", footage_.channels()},
+                  {"lambda", e.terms.lambda},
+                  {"mu", e.terms.mu},
+                  {"noise", e.noise.typical},
+                  {"noise_255", 255 * e.noise.typical},
+                  {"exposure_gains", {{"least", *least}, {"most", *most}}},
+                  {"moving_share", untrusted_},
+                  {"objective", std::move(objective)},
+                  {"objective_rose", e.rose},
+                  {"window", job_.window},
+                  {"windows", spans_.size()}};
+        rain_ = {{"color_model", {e.color[0], e.color[1], e.color[2]}},
+                 {"color_error", colorError_},
+                 {"color_source", colorSource_},
+                 {"slant_deg", e.direction.slant / degree},
+                 {"coherence", e.direction.coherence}};
+        if (job_.stabilize)
+            stabilized_ = {{"residual_px", residual_px_}, {"inlier_share", inlierShare_}, {"motion_px", motion_px_}};
+    }
+
+    json report()
+    {
+        seconds_["read"] = footage_.seconds();
+        json report = delivery_.report();
+        json rain = rain_;
+        rain.update(report["rain"]);
+        report["rain"] = std::move(rain);
+        report["model"] = model_;
+        report["stabilized"] = stabilized_;
+        for (const auto& [name, value] : seconds_) {
+            const double before = report["seconds"].value(name, 0.0);
+            report["seconds"][name] = before + value;
+        }
+        report["seconds"]["total"] = clock_.seconds();
+        report["stopped"] = stopped_;
+        delivery_.writeReport(report);
+        return report;
+    }
+
+    static const char* nameOf(matte::ColorSource source)
+    {
+        switch (source) {
+            case matte::ColorSource::Given: return "given";
+            case matte::ColorSource::Strokes: return "strokes";
+            case matte::ColorSource::Added: return "added light";
+            case matte::ColorSource::Fallback: return "assumed";
+        }
+        return "";
+    }
+    static const char* nameOf(ModelSpace space) { return shot::nameOf(space); }
+
+    const Timer clock_;
+    const ExtractJobOptions& job_;
+    const std::function<Verdict(const Progress&)>& progress_;
+    ExtractFootage footage_;
+    ExtractDelivery delivery_;
+    matte::ExtractionOptions options_;
+    std::vector<Span> spans_;
+    SpaceChoice space_;
+    Window delivered_;  // of a clip of one span, whose survey is all there is to solve
+    Solved only_;
+    std::vector<double> gains_;
+    matte::RainDirection direction_;
+    std::string colorSource_;
+    const char* fallbackName_ = "assumed";
+    double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0;
+    bool stopped_ = false;
+    json model_, rain_, stabilized_;
+    std::map<std::string, double> seconds_;
+};
+
+}  // namespace
+
+json runExtractJob(const ExtractJobOptions& options, const std::function<Verdict(const Progress&)>& progress)
+{
+    const OutputFolder folder(options.output);
+    return ExtractRun(options, progress).run();
+}
+
+}  // namespace virga::shot
