@@ -39,7 +39,9 @@ void addWithin(const float* values, const float* low, const float* high, const f
 }
 
 /// The scene as the mean of what is dry, where there are three such values at least.
-void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, const NoiseMap& noise, ImageF& scene)
+/// least  no deviation is taken for less
+void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, const NoiseMap& noise, double least,
+               ImageF& scene)
 {
     const int channels = scene.channels();
     const auto count = std::size_t(scene.width()) * std::size_t(channels);
@@ -48,7 +50,7 @@ void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, co
         for (int y = int(first); y < int(last); ++y) {
             float* row = scene.row(y);
             for (std::size_t n = 0; n < count; ++n) {
-                const float sigma = noise.at(int(n) / channels, y);
+                const float sigma = std::max(noise.at(int(n) / channels, y), float(least));
                 low[n] = row[n] - float(darkLimit) * sigma;
                 high[n] = row[n] + float(brightLimit) * sigma;
             }
@@ -70,7 +72,7 @@ void settle(std::span<const ImageF> frames, DryScene& dry)
 {
     dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
     for (int pass = 0; pass < trimmings; ++pass) {
-        trimScene(frames, dry.trust, dry.noise, dry.scene);
+        trimScene(frames, dry.trust, dry.noise, 0.0, dry.scene);
         dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
     }
 }
@@ -89,6 +91,19 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     dry.hasMovers = true;
     renewTrust(frames, dry.scene, covered, dry);
     if (!dry.hasMovers) return dry;
+
+    // Something is darker than the scene. Either it moves, or the scene is rain, where that covers a pixel most of the
+    // time: then a darker scene explains everything, as nothing but what moves is darker than that.
+    DryScene darker = dry;
+    darker.trust.assign(covered.begin(), covered.end());
+    darker.scene = lowerQuarterMean(frames);
+    for (int pass = 0; pass < trimmings; ++pass)
+        trimScene(frames, darker.trust, dry.noise, leastStep * dry.range, darker.scene);
+    renewTrust(frames, darker.scene, covered, darker);
+    if (!darker.hasMovers) {
+        darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range);
+        return darker;
+    }
     dry.scene = begin;
     settle(frames, dry);
     renewTrust(frames, dry.scene, covered, dry);

@@ -23,6 +23,6 @@ struct RainColor {
 /// (tests/extract). Most of that is the scene's own bias, which `error` knows nothing of. On rain that was added to
 /// footage, which has no C, the result lies beyond white: ask that and `error` before it is used.
 /// scene  S, solved; sigma  noise of a value; slant  as in RainTerms
-RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma);
+RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess = 1.0);
 
 }  // namespace virga::matte

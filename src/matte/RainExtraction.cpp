@@ -24,7 +24,8 @@ constexpr double leastSure = 0.3;      // of |C - S|: the largest error of a C t
 constexpr double brightestColor = 8;   // of the range, for light that was added
 constexpr int stepsBelow = 2;
 constexpr double toleranceBelow = 1e-4;
-constexpr float opaque = 0.99f;  // what is behind more than this is not there to be seen
+constexpr float opaque = 0.99f;          // what is behind more than this is not there to be seen
+constexpr double leastStep = 0.5 / 255;  // of the range: rises that are less say nothing of C
 constexpr int stepsARound = 2;
 constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
 
@@ -227,7 +228,8 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     std::vector<ImageF> costs;
     const auto chooseColor = [&] {
         if (options.color) return;
-        const RainColor found = rainColor({frames, dry.trust}, result.scene, terms.slant, dry.noise.typical);
+        const RainColor found = rainColor({frames, dry.trust}, result.scene, terms.slant,
+                                          std::max(dry.noise.typical, leastStep * dry.range), dry.range);
         result.colorSource = sourceOf(found, result.scene, dry.range);
         const bool isFound = result.colorSource != ColorSource::Fallback;
         terms.color = isFound ? capped(found.color, brightestColor * dry.range) : options.fallbackColor;

@@ -97,4 +97,15 @@ ImageF shorterHalfMean(std::span<const ImageF> frames)
     });
 }
 
+ImageF lowerQuarterMean(std::span<const ImageF> frames)
+{
+    return overSorted(frames, [](const std::vector<Row>& rows, float* to, std::size_t length) {
+        const std::size_t last = std::max<std::size_t>(rows.size() / 4, 1), first = last > 1 ? 1 : 0;
+        Row sum{};
+        for (std::size_t k = first; k < last; ++k)
+            for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += rows[k][i];
+        for (std::size_t i = 0; i < length; ++i) to[i] = sum[i] / float(last - first);
+    });
+}
+
 }  // namespace virga::matte

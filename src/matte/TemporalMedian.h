@@ -15,4 +15,8 @@ ImageF temporalMedian(std::span<const ImageF> frames);
 /// between dry and wet, and this does not. The values themselves for fewer than 3 frames.
 ImageF shorterHalfMean(std::span<const ImageF> frames);
 
+/// Per value, the mean of the lower quarter without the lowest: below the middle of what is dry, whether rain covers a
+/// pixel in none or in three of four frames. The least for fewer than 8 frames.
+ImageF lowerQuarterMean(std::span<const ImageF> frames);
+
 }  // namespace virga::matte

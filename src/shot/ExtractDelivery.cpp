@@ -28,6 +28,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;        // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;  // strokes that the statistics are made of
+constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
 constexpr int sheetColumns = 16;
 constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
 
@@ -48,6 +49,17 @@ double medianOf(std::vector<float> values)
     const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+/// Their mean.
+double massOf(std::span<const ImageF> alphas)
+{
+    double sum = 0.0, count = 0.0;
+    for (const ImageF& alpha : alphas) {
+        for (const float value : alpha.values()) sum += value;
+        count += double(alpha.size());
+    }
+    return count > 0.0 ? sum / count : 0.0;
 }
 
 }  // namespace
@@ -84,12 +96,13 @@ bool ExtractDelivery::writesHalf() const
     return job_.half || (!job_.floats && info.bitDepth <= (info.isFloat ? 16 : 10));
 }
 
-void ExtractDelivery::setModel(ModelSpace space, const std::array<float, 3>& color)
+void ExtractDelivery::setModel(ModelSpace space, const std::array<float, 3>& color, const std::array<float, 3>& shown)
 {
     space_ = space;
     color_ = color;
     ImageF one(1, 1, 3);
-    std::copy_n(color.begin(), 3, one.data());
+    std::copy_n(shown.begin(), 3, one.data());
+    isRecoloured_ = color != shown;
     fromModel(one, space);
     std::copy_n(one.data(), 3, linearColor_.begin());
 }
@@ -100,11 +113,11 @@ void ExtractDelivery::keepPlate(const matte::Extraction& found)
     confidence_ = matte::alphaConfidence(found, nullptr);
 }
 
-/// The alpha that lays linear C over linear light as the model lays its own over its own values; least squares over
+/// The alpha that lays the shown C over linear light as the model lays its own over its own values; least squares over
 /// the channels.
 ImageF ExtractDelivery::toLinearAlpha(const ImageF& alpha, const ImageF& scene) const
 {
-    if (space_ == ModelSpace::Linear) return alpha;
+    if (space_ == ModelSpace::Linear && !isRecoloured_) return alpha;
     const int width = alpha.width(), channels = scene.channels();
     ImageF linear(width, alpha.height(), 1);
     ImageF mixed(width, 1, channels), ground(width, 1, channels);
@@ -176,17 +189,22 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
     for (std::size_t i = 0; i < count; ++i) which.push_back(i * found.alphas.size() / count);
     std::vector<ImageF> bright, dark;
     for (const std::size_t k : which) bright.push_back(toLinearAlpha(found.alphas[k], found.scene));
+    const matte::RainStrokeOptions options = strokeOptions(found);
+    brightStrokes_ = int(matte::findRainStrokes(bright, options).size());
+    brightMass_ = massOf(bright);
     if (job_.stabilize) {  // the frames are not in the scene's view: half of the evidence is not to be had
-        brightStrokes_ = int(matte::findRainStrokes(bright, strokeOptions(found)).size());
         rains_ = brightStrokes_ > 0;
         return;
     }
     for (const ImageF& alpha : matte::alphasBelow(frames, which, found))
         dark.push_back(toLinearAlpha(alpha, found.scene));
-    const matte::RainStrokeOptions options = strokeOptions(found);
-    brightStrokes_ = int(matte::findRainStrokes(bright, options).size());
     darkStrokes_ = int(matte::findRainStrokes(dark, options).size());
-    rains_ = brightStrokes_ > 2 * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
+    darkMass_ = massOf(dark);
+    const bool hasStrokes = brightStrokes_ > 2 * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
+    // Where it rains so hard that strokes cannot be told from each other.
+    const bool isDense = brightMass_ > denseMass * darkMass_ && brightMass_ > leastMass * options.noise &&
+                         found.direction.coherence > denseCoherence;
+    rains_ = hasStrokes || isDense;
     if (!rains_)
         log::warning("'{}': no rain found: {} strokes brighter than the scene, {} darker; the alphas are 0",
                      job_.footage, brightStrokes_, darkStrokes_);
@@ -343,6 +361,8 @@ json ExtractDelivery::report() const
     json rain = {{"found", job_.paper ? json() : json(rains_)},
                  {"strokes_bright", brightStrokes_},
                  {"strokes_dark", darkStrokes_},
+                 {"mass_bright", brightMass_},
+                 {"mass_dark", darkMass_},
                  {"color", {linearColor_[0], linearColor_[1], linearColor_[2]}},
                  {"strokes", s.count},
                  {"strokes_per_frame", perFrame},

@@ -22,11 +22,14 @@ public:
     ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage);
     ~ExtractDelivery();
 
-    /// What the whole clip is delivered in. C in the values of the model.
-    void setModel(ModelSpace space, const std::array<float, 3>& color);
+    /// What the whole clip is delivered in. Colours in the values of the model: `color` is the C that it is solved
+    /// with, `shown` the one that mattes are made for. They differ where light was added, which has no C: solved with
+    /// one far beyond white, mattes would be next to nothing.
+    void setModel(ModelSpace space, const std::array<float, 3>& color, const std::array<float, 3>& shown);
 
-    /// Whether it rains at all: strokes that are brighter than the scene against those that are darker, of which rain
-    /// makes none. Where it does not, alphas are 0 and the frames stay as they are.
+    /// Whether it rains at all: strokes that are brighter than the scene, or alpha at large that has a direction,
+    /// against those that are darker, of which rain makes none. Where it does not, alphas are 0 and the frames stay as
+    /// they are.
     void judge(std::span<const ImageF> frames, const matte::Extraction& found);
     bool rains() const { return rains_; }
 
@@ -63,9 +66,11 @@ private:
     std::unique_ptr<io::PlateWriter> clean_;
     ModelSpace space_ = ModelSpace::Linear;
     std::array<float, 3> color_{};        // in the values of the model
-    std::array<float, 3> linearColor_{};  // the same in linear light
+    std::array<float, 3> linearColor_{};  // `shown`, in linear light
+    bool isRecoloured_ = false;
     bool rains_ = true;
     int brightStrokes_ = 0, darkStrokes_ = 0;
+    double brightMass_ = 0, darkMass_ = 0;
     ImageF plate_;       // in the values of the model
     ImageF confidence_;  // of the survey
     std::vector<FrameNumber> delivered_;

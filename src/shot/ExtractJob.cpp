@@ -29,6 +29,7 @@ using nlohmann::json;
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double mostUntrusted = 0.35;  // of all samples: beyond it no scene stands still
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
+constexpr float addedColor = 1.5f;
 constexpr std::size_t judgedColumns = 200;  // of the frames that tell in which space the model fits
 
 matte::ExtractionOptions matteOptions(const ExtractJobOptions& job)
@@ -163,6 +164,18 @@ std::array<float, 3> toModelColor(const std::array<double, 3>& color, ModelSpace
     return {one.data()[0], one.data()[1], one.data()[2]};
 }
 
+/// Light that was added has no C; half as bright again as the brightest of the footage serves its mattes.
+std::array<float, 3> shownColor(const matte::Extraction& found)
+{
+    std::array<float, 3> color = found.color;
+    if (found.colorSource != matte::ColorSource::Added) return color;
+    const auto values = found.scene.values();
+    const float most = addedColor * *std::max_element(values.begin(), values.end());
+    const float brightest = *std::max_element(color.begin(), color.end());
+    for (float& value : color) value *= std::min(1.0f, most / brightest);
+    return color;
+}
+
 class ExtractRun {
 public:
     ExtractRun(const ExtractJobOptions& job, const std::function<Verdict(const Progress&)>& progress)
@@ -225,7 +238,7 @@ private:
         }
         colorSource_ = !isFallback || job_.paper ? nameOf(solved.found.colorSource) : fallbackName_;
         colorError_ = solved.found.colorError;
-        delivery_.setModel(space_.space, solved.found.color);
+        delivery_.setModel(space_.space, solved.found.color, shownColor(solved.found));
         {
             const Timer judging;
             delivery_.judge(window.frames, solved.found);
