@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "io/Simd.h"
+#include "core/Simd.h"
 
 namespace virga::io {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/Parallel.h"
-#include "io/Simd.h"
+#include "core/Simd.h"
 
 namespace virga::io {
 
