@@ -7,33 +7,38 @@
 
 namespace virga::matte {
 
-/// Eight lines side by side, so that one instruction serves several. Entry [i][lane]; lines shorter than the block are
-/// padded with diagonal 1, link 0, right side 0.
+/// Lines side by side, so that one instruction serves several. For each lane a sum over the line's entries i,
+///
+///   sum_i own x_i^2 / 2  +  sum_i coupling (x_i - x_i+1)^2 / 2  -  sum_i b x_i,
+///
+/// written so, and not as a matrix, because float then keeps what a pixel says of itself beside any coupling. Entry
+/// [i][lane]; lines shorter than the block are padded with own 1, b 0. Real is float or double.
+template <class Real>
 struct LineBlock {
-    static constexpr int lanes = 8;
-    using Row = std::array<double, lanes>;
+    static constexpr int lanes = 64 / int(sizeof(Real));
+    struct alignas(64) Row : std::array<Real, std::size_t(lanes)> {};
 
-    std::vector<Row> diagonal;  // > 0
-    std::vector<Row> link;      // of entry i with entry i + 1; the last is not read
-    std::vector<Row> rightSide;
+    Row coupling{};          // >= 0, the same all along a line
+    std::vector<Row> own;    // > 0; less at the ends, as far as the sum stays convex
+    std::vector<Row> pull;   // b
     std::vector<Row> value;  // in: where to start; out: the minimiser
 
     explicit LineBlock(int length = 0) { resize(length); }
     void resize(int length);
     int length() const { return int(value.size()); }
 
-private:
-    friend void solveLines(LineBlock&);
-    friend void solveLines(LineBlock&, double, double);
-    std::vector<Row> factor_, reduced_, trial_;
+    std::vector<Row> factor, reduced, trial;  // the solver's own
 };
 
-/// Minimises x'Ax/2 - b'x with A tridiagonal, symmetric and positive definite, exactly (Thomas' elimination).
-void solveLines(LineBlock& block);
+/// The minimiser, exactly (Thomas' elimination).
+template <class Real>
+void solveLines(LineBlock<Real>& block);
 
 /// The same with low <= x <= high, exactly: primal-dual active sets (Hintermueller, Ito & Kunisch 2003) from those that
 /// `value` starts with, which end after few eliminations; where they would cycle, projected Gauss-Seidel sweeps, which
-/// never raise the sum. `value` must start within the bounds.
-void solveLines(LineBlock& block, double low, double high);
+/// never raise the sum. `value` must start within the bounds. slack > 0 ends earlier: an entry may lie by that much
+/// beyond its bound, and is put there, before the sets are changed for it.
+template <class Real>
+void solveLines(LineBlock<Real>& block, Real low, Real high, Real slack = 0);
 
 }  // namespace virga::matte

@@ -60,8 +60,9 @@ void solveScene(const Footage& footage, std::span<const ImageF> alphas, const Ra
 
 /// The alphas that minimise F for this scene, in place; what they hold is the start. Without bounds: conjugate
 /// gradients, preconditioned with the columns along the rain, until the residual is below `tolerance` of the right
-/// side. With bounds: those columns in turn, each exactly (BoundedLines.h), until nothing moves by more than
-/// `tolerance`. Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line
+/// side. With bounds: those columns in turn, each exactly (BoundedLines.h), until none would follow its neighbours by
+/// more than about `tolerance`; from 1e-5 on in float, within ten times the tolerance of the minimum
+/// (tests/matte/alternation_test.cpp). Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line
 /// alpha cannot be seen: it stays bounded, and with eta > 0 it goes to 0.
 ///
 /// Lines sheared along the rain, one tridiagonal system each, would need no turns; but cut from whole pixels they put

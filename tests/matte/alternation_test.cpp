@@ -68,6 +68,33 @@ TEST(Alternation, EachHalfStepLowersTheSum)
     }
 }
 
+// Loose tolerances are met in float, tight ones in double; widths and heights that fill no block, and a single column.
+TEST(Alternation, LooseAlphasAreNearTheTightOnes)
+{
+    struct Size {
+        int width, height;
+    };
+    for (const Size size : {Size{77, 41}, Size{30, 61}, Size{3, 50}, Size{1, 33}, Size{50, 1}})
+        for (const double slant : {0.0, 4.0, -10.0, 30.0, -45.0, 80.0, 90.0})
+            for (const double mu : {0.06, 1.0}) {
+                const auto drawn = test::drawRain({.width = size.width,
+                                                   .height = size.height,
+                                                   .frames = 4,
+                                                   .strokes = 5,
+                                                   .slant = slant * degree,
+                                                   .noise = 0.008});
+                RainTerms terms = bounded(slant * degree);
+                terms.mu = mu;
+                std::vector<ImageF> loose(4, ImageF(size.width, size.height, 1)), tight = loose;
+                solveAlpha({drawn.frames}, drawn.scene, terms, loose, 1e-4);
+                solveAlpha({drawn.frames}, drawn.scene, terms, tight, 1e-9);
+                for (std::size_t k = 0; k < 4; ++k)
+                    for (std::size_t i = 0; i < tight[k].size(); ++i)
+                        ASSERT_NEAR(loose[k].data()[i], tight[k].data()[i], 1e-3)
+                            << size.width << " x " << size.height << " " << slant << " " << mu << " " << i;
+            }
+}
+
 TEST(Alternation, TurnedFootageGivesTurnedAlphas)
 {
     const auto drawn = test::drawRain({.width = 60, .height = 80, .frames = 5, .slant = 10 * degree, .noise = 0.01});
