@@ -11,19 +11,32 @@
 
 namespace virga {
 
-/// 32 bytes of numbers that go through an expression together, for loops that the compiler does not vectorise itself.
-/// Comparisons give masks for `?:`. Pass by reference: by value the calling convention depends on the instruction set.
+/// 32 bytes of numbers that go through an expression together, for loops that the compiler does not vectorise itself:
+/// `Type` for values, at(row + i) for those in a row, at any address. Comparisons give masks for `?:`. Pass values by
+/// reference: by value the calling convention depends on the instruction set.
 template <class Real>
 struct PackOf;
-template <>
-struct PackOf<float> {
-    static constexpr int lanes = 8;
-    typedef float Type __attribute__((vector_size(32), may_alias));
-};
-template <>
-struct PackOf<double> {
-    static constexpr int lanes = 4;
-    typedef double Type __attribute__((vector_size(32), may_alias));
+
+#define VIRGA_PACK(Real)                                                                                            \
+    template <>                                                                                                     \
+    struct PackOf<Real> {                                                                                           \
+        static constexpr int lanes = 32 / int(sizeof(Real));                                                        \
+        typedef Real Type __attribute__((vector_size(32), may_alias));                                              \
+        typedef Real Loose __attribute__((vector_size(32), may_alias, aligned(alignof(Real))));                     \
+                                                                                                                    \
+        static VIRGA_INLINE Loose& at(Real* values) { return *reinterpret_cast<Loose*>(values); }                   \
+        static VIRGA_INLINE const Loose& at(const Real* values) { return *reinterpret_cast<const Loose*>(values); } \
+    };
+VIRGA_PACK(float)
+VIRGA_PACK(double)
+#undef VIRGA_PACK
+
+/// A single number in the manner of a pack, for what is left at the end of a row.
+template <class Real>
+struct OneOf {
+    using Type = Real;
+    static VIRGA_INLINE Real& at(Real* values) { return *values; }
+    static VIRGA_INLINE const Real& at(const Real* values) { return *values; }
 };
 
 }  // namespace virga

@@ -259,6 +259,29 @@ VIRGA_SIMD void split(const float* row, int width, float* even, float* odd) { sp
 VIRGA_SIMD void split(const double* row, int width, double* even, double* odd) { splitAny(row, width, even, odd); }
 
 template <class Real>
+VIRGA_INLINE void mergeAny(const Real* __restrict even, const Real* __restrict odd, int width, float* __restrict row)
+{
+    for (int j = 0; j < width / 2; ++j) {
+        row[2 * j] = float(even[j]);
+        row[2 * j + 1] = float(odd[j]);
+    }
+    if (width % 2) row[width - 1] = float(even[width / 2]);
+}
+VIRGA_SIMD void merge(const float* even, const float* odd, int width, float* row) { mergeAny(even, odd, width, row); }
+VIRGA_SIMD void merge(const double* even, const double* odd, int width, float* row) { mergeAny(even, odd, width, row); }
+
+template <class Real>
+VIRGA_INLINE void clampAny(const float* __restrict row, int width, Real* __restrict to)
+{
+    for (int x = 0; x < width; ++x) {
+        const float raised = row[x] > 0.0f ? row[x] : 0.0f;
+        to[x] = raised < 1.0f ? raised : 1.0f;
+    }
+}
+VIRGA_SIMD void clamp(const float* row, int width, float* to) { clampAny(row, width, to); }
+VIRGA_SIMD void clamp(const float* row, int width, double* to) { clampAny(row, width, to); }
+
+template <class Real>
 class ColumnPlane {
 public:
     static constexpr int lanes = LineBlock<Real>::lanes;
@@ -288,7 +311,7 @@ public:
     void get(int y, float* values) const
     {
         if (!isLevel_)
-            for (int x = 0; x < columns_; ++x) values[x] = float(row(y, x % 2)[x / 2]);
+            merge(row(y, 0), row(y, 1), columns_, values);
         else
             for (int x = 0; x < rows_; ++x) values[x] = float(row(x, y % 2)[y / 2]);
     }
@@ -313,46 +336,48 @@ struct BlockRows {
     /// What the block starts from.
     VIRGA_INLINE void fill(LineBlock<Real>& block) const
     {
-        constexpr int lanes = LineBlock<Real>::lanes;
         for (int y = 0; y < rows; ++y) {
-            const std::ptrdiff_t at = y * stride;
-            const Real* __restrict own = y == 0 ? ownFirst : y + 1 < rows ? ownMiddle : ownLast;
+            const Real* own = y == 0 ? ownFirst : y + 1 < rows ? ownMiddle : ownLast;
             const Real level = y + 1 < rows ? right : rightLast;
-            const Real* __restrict here = beside + at;
-            Real* __restrict toOwn = block.own[y].data();
-            Real* __restrict toPull = block.pull[y].data();
-            Real* __restrict toValue = block.value[y].data();
-            for (int l = 0; l < lanes; ++l) {
-                toOwn[l] = seen[at + l] + own[l];
-                toPull[l] =
-                    pull[at + l] - level * (here[l] + here[l + 1]) - cross * (here[l + stride] + here[l + 1 - stride]);
-                toValue[l] = alpha[at + l];
+            for (int l = 0; l < block.lanes; l += PackOf<Real>::lanes) {
+                const std::ptrdiff_t at = y * stride + l;
+                const Real* left = beside + at;
+                const Pack level2 = P::at(left) + P::at(left + 1);
+                const Pack cross2 = P::at(left + stride) + P::at(left + 1 - stride);
+                P::at(&block.own[y][l]) = P::at(seen + at) + P::at(own + l);
+                P::at(&block.pull[y][l]) = P::at(pull + at) - level * level2 - cross * cross2;
+                P::at(&block.value[y][l]) = P::at(alpha + at);
             }
         }
     }
     /// Takes over what the block came to; moved: by how much, at most.
-    VIRGA_INLINE void take(const LineBlock<Real>& block, Real* __restrict moved) const
+    VIRGA_INLINE void take(const LineBlock<Real>& block, typename LineBlock<Real>::Row& moved) const
     {
-        constexpr int lanes = LineBlock<Real>::lanes;
-        for (int y = 0; y < rows; ++y) {
-            Real* __restrict to = alpha + y * stride;
-            const Real* __restrict from = block.value[y].data();
-            for (int l = 0; l < lanes; ++l) {
-                const Real step = std::abs(from[l] - to[l]);
-                moved[l] = moved[l] < step ? step : moved[l];
-                to[l] = from[l];
+        for (int l = 0; l < block.lanes; l += PackOf<Real>::lanes) {
+            Pack most = {};
+            for (int y = 0; y < rows; ++y) {
+                typename P::Loose& to = P::at(alpha + y * stride + l);
+                const Pack now = P::at(&block.value[y][l]), step = now - to;
+                most = most < step ? step : most;
+                most = most < -step ? -step : most;
+                to = now;
             }
+            P::at(&moved[l]) = most;
         }
     }
+
+private:
+    using P = PackOf<Real>;
+    using Pack = typename P::Type;
 };
 
 VIRGA_SIMD void fillBlock(const BlockRows<float>& rows, LineBlock<float>& block) { rows.fill(block); }
 VIRGA_SIMD void fillBlock(const BlockRows<double>& rows, LineBlock<double>& block) { rows.fill(block); }
-VIRGA_SIMD void takeBlock(const BlockRows<float>& rows, const LineBlock<float>& block, float* moved)
+VIRGA_SIMD void takeBlock(const BlockRows<float>& rows, const LineBlock<float>& block, LineBlock<float>::Row& moved)
 {
     rows.take(block, moved);
 }
-VIRGA_SIMD void takeBlock(const BlockRows<double>& rows, const LineBlock<double>& block, double* moved)
+VIRGA_SIMD void takeBlock(const BlockRows<double>& rows, const LineBlock<double>& block, LineBlock<double>::Row& moved)
 {
     rows.take(block, moved);
 }
@@ -388,7 +413,7 @@ public:
         std::vector<Real> seen(std::size_t(width), Real(0)), pull = seen, start = seen;
         for (int y = 0; y < height; ++y) {
             data.ask(y, seen.data(), pull.data());
-            for (int x = 0; x < width; ++x) start[std::size_t(x)] = std::clamp(Real(alpha.at(x, y)), Real(0), Real(1));
+            clamp(alpha.row(y), width, start.data());
             seen_.put(y, seen.data());
             pull_.put(y, pull.data());
             alpha_.put(y, start.data());
@@ -435,8 +460,8 @@ private:
                                    Real(mu_ * matrix_.cross())};
         fillBlock(rows, block_);
         solveLines(block_, Real(0), Real(1), tolerance >= Real(floatTolerance) ? tolerance / 20 : Real(0));
-        std::array<Real, std::size_t(lanes)> moved{};
-        takeBlock(rows, block_, moved.data());
+        typename LineBlock<Real>::Row moved;
+        takeBlock(rows, block_, moved);
         // Lanes that are no columns stay 0, because the column before them looks there.
         if (const int count = (end - first + 1) / 2; count < lanes)
             for (int y = 0; y < matrix_.rows; ++y)

@@ -13,6 +13,8 @@
 // Pictures are linear (or whatever the model is meant to hold in), 1 or 3 channels, all of one size. Differences are
 // forward ones; one that leaves the picture is 0. D0 = (sin slant, cos slant), x right, y down: positive slant = the
 // lower end of a stroke lies to the right. Frames and lines run in parallel; the result does not depend on how.
+// Steps with a tolerance of 1e-5 or more go in float, of less in double. F is summed in float along a row, then in
+// double.
 #pragma once
 
 #include <array>
@@ -38,9 +40,8 @@ struct Footage {
     std::span<const ImageF> trust = {};  // w, one a frame, 1 channel, 0..1; none = 1 everywhere
     std::span<const ImageF> cost = {};   // one a frame, 1 channel, >= 0: multiplies eta; none = 1 everywhere
 
-    /// The trust in pixel i of frame k, and what multiplies eta there.
+    /// The trust in pixel i of frame k.
     double trusted(std::size_t k, std::size_t i) const { return trust.empty() ? 1.0 : double(trust[k].data()[i]); }
-    double costing(std::size_t k, std::size_t i) const { return cost.empty() ? 1.0 : double(cost[k].data()[i]); }
 };
 
 /// The four sums of F, in double.
@@ -61,9 +62,9 @@ void solveScene(const Footage& footage, std::span<const ImageF> alphas, const Ra
 /// The alphas that minimise F for this scene, in place; what they hold is the start. Without bounds: conjugate
 /// gradients, preconditioned with the columns along the rain, until the residual is below `tolerance` of the right
 /// side. With bounds: those columns in turn, each exactly (BoundedLines.h), until none would follow its neighbours by
-/// more than about `tolerance`; from 1e-5 on in float, within ten times the tolerance of the minimum
-/// (tests/matte/alternation_test.cpp). Where the rain is vertical or level one turn is exact; F never rises. Where C = S along a whole line
-/// alpha cannot be seen: it stays bounded, and with eta > 0 it goes to 0.
+/// more than about `tolerance`; within ten times that of the minimum (tests/matte/alternation_test.cpp). Where the rain
+/// is vertical or level one turn is exact; F never rises. Where C = S along a whole line alpha cannot be seen: it stays
+/// bounded, and with eta > 0 it goes to 0.
 ///
 /// Lines sheared along the rain, one tridiagonal system each, would need no turns; but cut from whole pixels they put
 /// alpha further from the truth at 7 degrees, RMS 0.0085 beside 0.0060 with mu = 1/4 (0.0063 beside 0.0057 where each

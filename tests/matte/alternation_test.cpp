@@ -16,6 +16,7 @@ namespace {
 using matte::alternate;
 using matte::Alternation;
 using matte::AlternationOptions;
+using matte::RainObjective;
 using matte::RainTerms;
 
 constexpr double degree = std::numbers::pi / 180.0;
@@ -49,7 +50,8 @@ void expectBounded(const Alternation& found, float low, float high)
 TEST(Alternation, EachHalfStepLowersTheSum)
 {
     for (const double slant : {0.0, 7.0, -30.0, 45.0, 80.0}) {
-        for (const bool isBounded : {true, false}) {
+        for (const double tolerance : {1e-7, 1e-4, 0.0}) {  // 0: without bounds
+            const bool isBounded = tolerance > 0.0;
             const auto drawn = test::drawRain({.frames = 6, .slant = slant * degree, .noise = 0.01});
             RainTerms terms = bounded(slant * degree);
             terms.bounded = isBounded;
@@ -57,15 +59,122 @@ TEST(Alternation, EachHalfStepLowersTheSum)
             std::vector<ImageF> alphas(6, ImageF(96, 96, 1));
             double sum = rainObjective({drawn.frames}, scene, alphas, terms).total();
             for (int i = 0; i < 5; ++i) {
-                solveAlpha({drawn.frames}, scene, terms, alphas);
+                solveAlpha({drawn.frames}, scene, terms, alphas, isBounded ? tolerance : 1e-7);
                 const double after = rainObjective({drawn.frames}, scene, alphas, terms).total();
                 EXPECT_LE(after, sum * (1 + 1e-6)) << slant << " alpha, iteration " << i;
-                solveScene({drawn.frames}, alphas, terms, scene);
+                solveScene({drawn.frames}, alphas, terms, scene, isBounded ? tolerance : 1e-7);
                 sum = rainObjective({drawn.frames}, scene, alphas, terms).total();
                 EXPECT_LE(sum, after * (1 + 1e-6)) << slant << " scene, iteration " << i;
             }
         }
     }
+}
+
+/// F of the header, in double, value by value.
+RainObjective plainSum(const matte::Footage& footage, const ImageF& scene, const std::vector<ImageF>& alphas,
+                       const RainTerms& terms)
+{
+    const int width = scene.width(), height = scene.height(), channels = scene.channels();
+    const auto square = [](double value) { return value * value; };
+    const auto right = [&](const ImageF& image, int x, int y, int j) {
+        return x + 1 < width ? double(image.at(x + 1, y, j)) - image.at(x, y, j) : 0.0;
+    };
+    const auto down = [&](const ImageF& image, int x, int y, int j) {
+        return y + 1 < height ? double(image.at(x, y + 1, j)) - image.at(x, y, j) : 0.0;
+    };
+    RainObjective sum;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            for (std::size_t k = 0; k < alphas.size(); ++k) {
+                const double a = alphas[k].at(x, y), trust = footage.trust.empty() ? 1.0 : footage.trust[k].at(x, y);
+                for (int j = 0; j < channels; ++j)
+                    sum.data += trust * square(footage.frames[k].at(x, y, j) - (1 - a) * scene.at(x, y, j) -
+                                               a * terms.color[std::size_t(j)]);
+                sum.rain += terms.mu * square(std::sin(terms.slant) * right(alphas[k], x, y, 0) +
+                                              std::cos(terms.slant) * down(alphas[k], x, y, 0));
+                sum.cost += 2 * terms.eta * a * (footage.cost.empty() ? 1.0 : footage.cost[k].at(x, y));
+            }
+            for (int j = 0; j < channels; ++j)
+                sum.scene += terms.lambda * (square(right(scene, x, y, j)) + square(down(scene, x, y, j)));
+        }
+    return sum;
+}
+
+/// Of one channel, the first.
+std::vector<ImageF> grey(const std::vector<ImageF>& images)
+{
+    std::vector<ImageF> grey;
+    for (const ImageF& image : images) {
+        grey.emplace_back(image.width(), image.height(), 1);
+        for (std::size_t i = 0; i < grey.back().size(); ++i)
+            grey.back().data()[i] = image.data()[i * std::size_t(image.channels())];
+    }
+    return grey;
+}
+
+// Rows that fill no pack, single rows and columns, one channel and three, with maps and without.
+TEST(Alternation, TheSumIsTheHeaders)
+{
+    struct Size {
+        int width, height;
+    };
+    for (const Size size : {Size{77, 41}, Size{64, 20}, Size{2, 50}, Size{1, 33}, Size{50, 1}, Size{1, 1}})
+        for (const bool isColor : {true, false})
+            for (const bool hasMaps : {true, false}) {
+                auto drawn = test::drawRain(
+                    {.width = size.width, .height = size.height, .frames = 3, .strokes = 5, .noise = 0.01});
+                if (!isColor) drawn.frames = grey(drawn.frames);
+                if (!isColor) drawn.scene = grey({drawn.scene})[0];
+                std::vector<ImageF> trust, cost;
+                for (const ImageF& alpha : drawn.alphas) {
+                    trust.emplace_back(size.width, size.height, 1);
+                    cost.emplace_back(size.width, size.height, 1);
+                    for (std::size_t i = 0; i < alpha.size(); ++i) {
+                        trust.back().data()[i] = float(i % 5) / 4;
+                        cost.back().data()[i] = float(i % 7);
+                    }
+                }
+                matte::Footage footage{drawn.frames};
+                if (hasMaps) footage = {drawn.frames, trust, cost};
+                const RainObjective found = rainObjective(footage, drawn.scene, drawn.alphas, bounded(0.2));
+                const RainObjective plain = plainSum(footage, drawn.scene, drawn.alphas, bounded(0.2));
+                EXPECT_NEAR(found.data, plain.data, 2e-6 * plain.data) << size.width << " x " << size.height;
+                EXPECT_NEAR(found.scene, plain.scene, 2e-6 * plain.scene) << size.width << " x " << size.height;
+                EXPECT_NEAR(found.rain, plain.rain, 2e-6 * plain.rain) << size.width << " x " << size.height;
+                EXPECT_NEAR(found.cost, plain.cost, 2e-6 * plain.cost) << size.width << " x " << size.height;
+            }
+}
+
+// The scene step's gradient of F vanishes, by the plain sum; where a pixel is seen in no frame too. Loose ones are
+// near.
+TEST(Alternation, TheSceneIsAMinimum)
+{
+    struct Size {
+        int width, height;
+    };
+    for (const Size size : {Size{27, 11}, Size{3, 9}, Size{1, 13}, Size{14, 1}, Size{1, 1}})
+        for (const bool isColor : {true, false}) {
+            auto drawn =
+                test::drawRain({.width = size.width, .height = size.height, .frames = 3, .strokes = 2, .noise = 0.02});
+            if (!isColor) drawn.frames = grey(drawn.frames);
+            std::vector<ImageF> trust(3, ImageF(size.width, size.height, 1, 0.7f));
+            if (size.width > 3)
+                for (ImageF& map : trust) map.at(2, 0) = 0.0f;
+            const matte::Footage footage{drawn.frames, trust};
+            ImageF scene = matte::temporalMedian(drawn.frames), loose = scene;
+            solveScene(footage, drawn.alphas, bounded(), scene, 1e-9);
+            solveScene(footage, drawn.alphas, bounded(), loose, 1e-4);
+            for (std::size_t i = 0; i < scene.size(); ++i) {
+                ASSERT_NEAR(loose.data()[i], scene.data()[i], 1e-3);
+                ImageF more = scene, less = scene;
+                more.data()[i] += 0.01f;
+                less.data()[i] -= 0.01f;
+                const double slope = (plainSum(footage, more, drawn.alphas, bounded()).total() -
+                                      plainSum(footage, less, drawn.alphas, bounded()).total()) /
+                                     (double(more.data()[i]) - less.data()[i]);
+                ASSERT_NEAR(slope, 0.0, 2e-6) << size.width << " x " << size.height << " " << i;
+            }
+        }
 }
 
 // Loose tolerances are met in float, tight ones in double; widths and heights that fill no block, and a single column.
@@ -265,13 +374,16 @@ TEST(AlternationStress, ExtremeWeights)
     const auto drawn = test::drawRain({.frames = 4, .slant = 0.2, .noise = 0.01});
     for (const double lambda : {0.0, 1e9}) {
         for (const double mu : {0.0, 1e9}) {
-            RainTerms terms = bounded(0.2);
-            terms.lambda = lambda;
-            terms.mu = mu;
-            const Alternation found = alternate({drawn.frames}, {.terms = terms, .iterations = 3});
-            for (const ImageF& alpha : found.alphas)
-                for (const float a : alpha.values()) ASSERT_TRUE(a >= 0.0f && a <= 1.0f) << a;
-            for (const float s : found.scene.values()) ASSERT_TRUE(std::isfinite(s) && s > -0.5f && s < 1.5f) << s;
+            for (const double tolerance : {1e-7, 1e-4}) {
+                RainTerms terms = bounded(0.2);
+                terms.lambda = lambda;
+                terms.mu = mu;
+                const Alternation found =
+                    alternate({drawn.frames}, {.terms = terms, .iterations = 3, .stepTolerance = tolerance});
+                for (const ImageF& alpha : found.alphas)
+                    for (const float a : alpha.values()) ASSERT_TRUE(a >= 0.0f && a <= 1.0f) << a;
+                for (const float s : found.scene.values()) ASSERT_TRUE(std::isfinite(s) && s > -0.5f && s < 1.5f) << s;
+            }
         }
     }
 }
