@@ -29,7 +29,7 @@ struct RainTerms {
     std::array<float, 3> color = {1, 1, 1};  // C, in the units of the footage
     double lambda = 1.0 / 20.0;              // >= 0, smoothness of the scene
     double mu = 1.0 / 4.0;                   // >= 0, smoothness of alpha along the rain
-    double eta = 0.0;                        // >= 0, linear cost of alpha, as 2 eta sum(alpha)
+    double eta = 0.0;                        // >= 0, linear cost of alpha, as 2 eta sum(q alpha)
     double slant = 0.0;                      // [rad], -pi/2..pi/2
     bool bounded = true;                     // 0 <= alpha <= 1
 };
@@ -68,7 +68,7 @@ void solveScene(const Footage& footage, std::span<const ImageF> alphas, const Ra
 ///
 /// Lines sheared along the rain, one tridiagonal system each, would need no turns; but cut from whole pixels they put
 /// alpha further from the truth at 7 degrees, RMS 0.0085 beside 0.0060 with mu = 1/4 (0.0063 beside 0.0057 where each
-/// has the best mu of five), on the one reference case that is slanted, for 30 % less time there.
+/// has the best mu of five), on the one reference case that is slanted.
 void solveAlpha(const Footage& footage, const ImageF& scene, const RainTerms& terms, std::span<ImageF> alphas,
                 double tolerance = 1e-7);
 
