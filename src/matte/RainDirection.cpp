@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/Parallel.h"
+#include "core/Simd.h"
 
 namespace virga::matte {
 namespace {
@@ -13,8 +14,8 @@ namespace {
 // Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, the 5-tap pair, each convolved with
 // [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out.
 constexpr int reach = 3;
-constexpr std::array<double, 4> smooth = {0.337764, 0.240585, 0.08111775, 0.00941475};  // middle and outwards
-constexpr std::array<double, 4> change = {0.0, 0.1657465, 0.12397475, 0.027401};        // the right half; odd
+constexpr std::array<float, 4> smooth = {0.337764f, 0.240585f, 0.08111775f, 0.00941475f};  // middle and outwards
+constexpr std::array<float, 4> change = {0.0f, 0.1657465f, 0.12397475f, 0.027401f};        // the right half; odd
 
 constexpr int bins = 720;                                  // of the gradient's direction, half a circle
 constexpr double width = 20.0 / 180.0 * std::numbers::pi;  // of the biweight about the rain's direction [rad]
@@ -35,38 +36,65 @@ struct Tensor {
 };
 using Directions = std::array<Tensor, bins>;
 
-int binOf(double angle)
+/// The filters down the picture; rows: 2 reach + 1 of them.
+VIRGA_SIMD void filterDown(const float* const* rows, int width, float* __restrict smoothed, float* __restrict changed)
 {
-    const int bin = int(std::floor((angle / std::numbers::pi + 0.5) * bins));
-    return ((bin % bins) + bins) % bins;
+    for (int x = 0; x < width; ++x) {
+        float s = smooth[0] * rows[reach][x], c = 0.0f;
+        for (int t = 1; t <= reach; ++t) {
+            const float above = rows[reach - t][x], below = rows[reach + t][x];
+            s += smooth[std::size_t(t)] * (above + below);
+            c += change[std::size_t(t)] * (below - above);
+        }
+        smoothed[x] = s;
+        changed[x] = c;
+    }
+}
+
+/// The filters across, from `reach` before the first pixel: the gradient, and the place of its direction in 0..bins,
+/// which means nothing where the gradient is 0.
+VIRGA_SIMD void filterAcross(const float* __restrict smoothed, const float* __restrict changed, int width,
+                             float* __restrict gx, float* __restrict gy, float* __restrict place)
+{
+    constexpr float halfPi = float(0.5 * std::numbers::pi), scale = float(bins / std::numbers::pi);
+    for (int x = 0; x < width; ++x) {
+        float across = 0.0f, down = smooth[0] * changed[x + reach];
+        for (int t = 1; t <= reach; ++t) {
+            across += change[std::size_t(t)] * (smoothed[x + reach + t] - smoothed[x + reach - t]);
+            down += smooth[std::size_t(t)] * (changed[x + reach - t] + changed[x + reach + t]);
+        }
+        gx[x] = across;
+        gy[x] = down;
+        // atan(down / across) to 1e-5 rad: Abramowitz & Stegun 1964, 4.4.47.
+        const bool isFlat = std::abs(down) <= std::abs(across);
+        const float ratio = (isFlat ? down : across) / (isFlat ? across : down), square = ratio * ratio;
+        const float angle =
+            ratio * (0.9998660f +
+                     square * (-0.3302995f + square * (0.1801410f + square * (-0.0851330f + square * 0.0208351f))));
+        const float steep = (ratio < 0.0f ? -halfPi : halfPi) - angle;
+        place[x] = ((isFlat ? angle : steep) + halfPi) * scale;
+    }
 }
 
 /// Structure tensors of all gradients of a picture, sorted by direction.
 Directions gradients(const ImageF& alpha)
 {
     Directions sorted{};
-    const int columns = alpha.width(), rows = alpha.height();
-    std::vector<double> smoothed(static_cast<std::size_t>(columns)), changed(static_cast<std::size_t>(columns));
-    for (int y = reach; y + reach < rows; ++y) {
-        for (int x = 0; x < columns; ++x) {
-            double s = smooth[0] * alpha.at(x, y), c = 0.0;
-            for (int t = 1; t <= reach; ++t) {
-                const double above = alpha.at(x, y - t), below = alpha.at(x, y + t);
-                s += smooth[std::size_t(t)] * (above + below);
-                c += change[std::size_t(t)] * (below - above);
-            }
-            smoothed[std::size_t(x)] = s;
-            changed[std::size_t(x)] = c;
-        }
-        for (int x = reach; x + reach < columns; ++x) {
-            double gx = 0.0, gy = smooth[0] * changed[std::size_t(x)];
-            const auto middle = std::size_t(x);
-            for (std::size_t t = 1; t <= reach; ++t) {
-                gx += change[t] * (smoothed[middle + t] - smoothed[middle - t]);
-                gy += smooth[t] * (changed[middle - t] + changed[middle + t]);
-            }
-            if (gx == 0.0 && gy == 0.0) continue;
-            sorted[std::size_t(binOf(std::atan(gy / gx)))].add({gx * gx, gx * gy, gy * gy}, 1.0);
+    const int inside = alpha.width() - 2 * reach;
+    if (inside <= 0) return sorted;
+    const auto columns = std::size_t(alpha.width());
+    std::vector<float> smoothed(columns), changed(columns), gx(columns), gy(columns), place(columns);
+    for (int y = reach; y + reach < alpha.height(); ++y) {
+        std::array<const float*, 2 * reach + 1> rows;
+        for (int t = 0; t <= 2 * reach; ++t) rows[std::size_t(t)] = alpha.row(y - reach + t);
+        filterDown(rows.data(), alpha.width(), smoothed.data(), changed.data());
+        filterAcross(smoothed.data(), changed.data(), inside, gx.data(), gy.data(), place.data());
+        for (std::size_t x = 0; x < std::size_t(inside); ++x) {
+            const double across = gx[x], down = gy[x];
+            if (across == 0.0 && down == 0.0) continue;
+            // Half a circle on is where it began; what is not finite makes the sum so, in whichever bin.
+            const std::size_t bin = place[x] >= 0.0f && place[x] < float(bins) ? std::size_t(place[x]) : 0;
+            sorted[bin].add({across * across, across * down, down * down}, 1.0);
         }
     }
     return sorted;

@@ -1,10 +1,12 @@
 #include "matte/SceneTrust.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <functional>
+#include <limits>
 
 #include "core/Parallel.h"
+#include "core/Simd.h"
 
 namespace virga::matte {
 namespace {
@@ -18,18 +20,22 @@ constexpr double evidence = 0.005;  // share of a tile's samples, over all frame
 constexpr std::size_t mostSamples = 400'000;
 
 /// (I - S), the mean of the channels.
-ImageF differenceFrom(const ImageF& frame, const ImageF& scene)
+template <int channels>
+VIRGA_INLINE void differAny(const float* __restrict frame, const float* __restrict scene, std::size_t count,
+                            float* __restrict to)
 {
-    const int channels = frame.channels();
-    ImageF difference(frame.width(), frame.height(), 1);
-    for (std::size_t i = 0; i < difference.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         float sum = 0.0f;
-        for (int j = 0; j < channels; ++j)
-            sum += frame.data()[i * std::size_t(channels) + std::size_t(j)] -
-                   scene.data()[i * std::size_t(channels) + std::size_t(j)];
-        difference.data()[i] = sum / float(channels);
+        for (std::size_t j = 0; j < channels; ++j) sum += frame[i * channels + j] - scene[i * channels + j];
+        to[i] = sum / float(channels);
     }
-    return difference;
+}
+VIRGA_SIMD void differ(const float* frame, const float* scene, int channels, std::size_t count, float* to)
+{
+    if (channels == 3)
+        differAny<3>(frame, scene, count, to);
+    else
+        differAny<1>(frame, scene, count, to);
 }
 
 /// 1.4826 x the median of the values' depth below 0.
@@ -41,42 +47,68 @@ double darkSide(std::vector<float>& below)
     return 1.4826 * *middle;
 }
 
-/// Means of windows 2 reach + 1 wide and high; what leaves the picture is left out.
-ImageF windowMean(const ImageF& image, int reach)
+// Windows 2 reach + 1 wide and high, first down, then across; what leaves the picture is left out.
+
+VIRGA_SIMD void addRow(const float* __restrict row, int width, float* __restrict to)
 {
-    const int width = image.width(), height = image.height();
-    ImageF rows(width, height, 1), mean(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const int first = std::max(0, x - reach), last = std::min(width - 1, x + reach);
-            float sum = 0.0f;
-            for (int t = first; t <= last; ++t) sum += image.at(t, y);
-            rows.at(x, y) = sum / float(last - first + 1);
-        }
-    for (int y = 0; y < height; ++y) {
-        const int first = std::max(0, y - reach), last = std::min(height - 1, y + reach);
-        for (int t = first; t <= last; ++t)
-            for (int x = 0; x < width; ++x) mean.at(x, y) += rows.at(x, t);
-        for (int x = 0; x < width; ++x) mean.at(x, y) /= float(last - first + 1);
-    }
-    return mean;
+    for (int x = 0; x < width; ++x) to[x] += row[x];
 }
 
-/// The largest of windows 2 reach + 1 wide and high.
-ImageF windowMost(const ImageF& image, int reach)
+VIRGA_SIMD void raiseRow(const float* __restrict row, int width, float* __restrict to)
+{
+    for (int x = 0; x < width; ++x) to[x] = to[x] < row[x] ? row[x] : to[x];
+}
+
+/// `beside` begins `reach` before the row.
+VIRGA_SIMD void meanAcross(const float* __restrict beside, int reach, const float* __restrict share, float rows,
+                           int width, float* __restrict to)
+{
+    for (int x = 0; x < width; ++x) to[x] = beside[x];
+    for (int t = 1; t <= 2 * reach; ++t)
+        for (int x = 0; x < width; ++x) to[x] += beside[x + t];
+    for (int x = 0; x < width; ++x) to[x] *= share[x] / rows;
+}
+
+/// A row with room for `reach` beside it, filled with `outside`.
+class WideRow {
+public:
+    WideRow(int width, int reach, float outside) : reach_(reach), values_(std::size_t(width + 2 * reach), outside) {}
+    float* row() { return values_.data() + reach_; }
+    const float* beside() const { return values_.data(); }
+
+private:
+    int reach_;
+    std::vector<float> values_;
+};
+
+/// Means; `to` is of the same size.
+void windowMean(const ImageF& image, int reach, ImageF& to)
 {
     const int width = image.width(), height = image.height();
-    ImageF rows(width, height, 1), most(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            rows.at(x, y) = *std::max_element(image.row(y) + std::max(0, x - reach),
-                                              image.row(y) + std::min(width - 1, x + reach) + 1);
+    WideRow sum(width, reach, 0.0f);
+    std::vector<float> share(static_cast<std::size_t>(width));
+    for (int x = 0; x < width; ++x)
+        share[std::size_t(x)] = 1.0f / float(std::min(width - 1, x + reach) - std::max(0, x - reach) + 1);
     for (int y = 0; y < height; ++y) {
-        std::copy_n(rows.row(y), width, most.row(y));
-        for (int t = std::max(0, y - reach); t <= std::min(height - 1, y + reach); ++t)
-            for (int x = 0; x < width; ++x) most.at(x, y) = std::max(most.at(x, y), rows.at(x, t));
+        const int first = std::max(0, y - reach), last = std::min(height - 1, y + reach);
+        std::copy_n(image.row(first), width, sum.row());
+        for (int t = first + 1; t <= last; ++t) addRow(image.row(t), width, sum.row());
+        meanAcross(sum.beside(), reach, share.data(), float(last - first + 1), width, to.row(y));
     }
-    return most;
+}
+
+/// The largest; `to` is of the same size.
+void windowMost(const ImageF& image, int reach, ImageF& to)
+{
+    const int width = image.width(), height = image.height();
+    WideRow most(width, reach, std::numeric_limits<float>::lowest());
+    for (int y = 0; y < height; ++y) {
+        const int first = std::max(0, y - reach), last = std::min(height - 1, y + reach);
+        std::copy_n(image.row(first), width, most.row());
+        for (int t = first + 1; t <= last; ++t) raiseRow(image.row(t), width, most.row());
+        std::copy_n(most.beside(), width, to.row(y));
+        for (int t = 1; t <= 2 * reach; ++t) raiseRow(most.beside() + t, width, to.row(y));
+    }
 }
 
 /// 1 for the tiles in and beside which something dark was seen, a pixel a tile.
@@ -109,29 +141,58 @@ Image<char> tilesWithEvidence(const std::vector<ImageF>& differences, double sig
     return tiles;
 }
 
-/// before, after: windowMost of the broad means of the frames beside; null where there is none.
-ImageF trustOf(const ImageF& difference, const ImageF& broad, const ImageF* before, const ImageF* after,
-               const Image<char>& tiles, double sigma)
+/// 0 outside of the tiles.
+void keepTiles(const Image<char>& tiles, ImageF& marks)
 {
-    const int width = difference.width(), height = difference.height();
-    ImageF shortfall = difference;
-    for (float& value : shortfall.values()) value = std::min(value, 0.0f);
-    const ImageF dark = windowMean(shortfall, darkReach);
-    const bool isAlone = before == nullptr && after == nullptr;
-    ImageF trust(width, height, 1, 1.0f);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            if (!tiles.at(x / tile, y / tile)) continue;
-            const double here = broad.at(x, y);
-            const auto stays = [&](const ImageF* beside) {
-                return beside == nullptr || beside->at(x, y) > staying * here;
-            };
-            const bool isBright = !isAlone && here > broadLimit * sigma && stays(before) && stays(after);
-            if (dark.at(x, y) >= -darkLimit * sigma && !isBright) continue;
-            for (int v = std::max(0, y - margin); v <= std::min(height - 1, y + margin); ++v)
-                for (int u = std::max(0, x - margin); u <= std::min(width - 1, x + margin); ++u) trust.at(u, v) = 0.0f;
+    for (int y = 0; y < marks.height(); ++y)
+        for (int c = 0; c < tiles.width(); ++c) {
+            const int left = c * tile, right = std::min(marks.width(), left + tile);
+            if (!tiles.at(c, y / tile)) std::fill(marks.row(y) + left, marks.row(y) + right, 0.0f);
         }
-    return trust;
+}
+
+VIRGA_SIMD void shortfall(const float* __restrict difference, std::size_t count, float* __restrict to)
+{
+    for (std::size_t i = 0; i < count; ++i) to[i] = difference[i] < 0.0f ? difference[i] : 0.0f;
+}
+
+/// 1 where something shows, 0 elsewhere. Written over `dark`.
+VIRGA_SIMD void mark(float* __restrict dark, const float* __restrict broad, const float* __restrict before,
+                     const float* __restrict after, std::size_t count, float darkest, float brightest)
+{
+    for (std::size_t i = 0; i < count; ++i) {
+        const float stays = float(staying) * broad[i];
+        const bool isBright = (broad[i] > brightest) & (before[i] > stays) & (after[i] > stays);
+        dark[i] = (dark[i] < darkest) | isBright ? 1.0f : 0.0f;
+    }
+}
+
+VIRGA_SIMD void complement(float* values, std::size_t count)
+{
+    for (std::size_t i = 0; i < count; ++i) values[i] = 1.0f - values[i];
+}
+
+/// What a frame's trust is made in.
+struct Room {
+    ImageF broad, low, dark;
+};
+
+/// Trust, in place of the difference. before, after: windowMost of the broad means of the frames beside; where there is
+/// none of the frame's own, which always stays; both null: nothing can stay.
+void trustOf(ImageF& difference, const ImageF* before, const ImageF* after, const Image<char>& tiles, double sigma,
+             Room& room)
+{
+    const std::size_t count = difference.size();
+    windowMean(difference, broadReach, room.broad);
+    shortfall(difference.data(), count, room.low.data());
+    windowMean(room.low, darkReach, room.dark);
+    const bool isAlone = before == nullptr && after == nullptr;
+    const float brightest = isAlone ? std::numeric_limits<float>::infinity() : float(broadLimit * sigma);
+    mark(room.dark.data(), room.broad.data(), (before ? before : &room.broad)->data(),
+         (after ? after : &room.broad)->data(), count, float(-darkLimit * sigma), brightest);
+    keepTiles(tiles, room.dark);
+    windowMost(room.dark, margin, difference);
+    complement(difference.data(), count);
 }
 
 }  // namespace
@@ -153,23 +214,31 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
 {
     const auto count = std::ptrdiff_t(frames.size());
     if (frames.empty()) return {};
-    std::vector<ImageF> differences(frames.size()), broad(frames.size()), most(frames.size()), trust(frames.size());
-    const auto forFrames = [&](const std::function<void(std::size_t)>& body) {
-        parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (auto k = std::size_t(first); k < std::size_t(last); ++k) body(k);
-        });
-    };
-    forFrames([&](std::size_t k) { differences[k] = differenceFrom(frames[k], scene); });
-    const double sigma = std::max(noiseLevel(differences, ImageF(scene.width(), scene.height(), 1)), leastNoise);
-    const Image<char> tiles = tilesWithEvidence(differences, sigma);
-    if (std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; })) return {};
-    forFrames([&](std::size_t k) {
-        broad[k] = windowMean(differences[k], broadReach);
-        most[k] = windowMost(broad[k], stayReach);
+    assert(scene.channels() == 1 || scene.channels() == 3);
+    const auto room = [&] { return ImageF(scene.width(), scene.height(), 1); };
+    std::vector<ImageF> most(frames.size()), trust(frames.size());
+    parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            trust[k] = room();
+            differ(frames[k].data(), scene.data(), scene.channels(), trust[k].size(), trust[k].data());
+        }
     });
-    forFrames([&](std::size_t k) {
-        trust[k] = trustOf(differences[k], broad[k], k > 0 ? &most[k - 1] : nullptr,
-                           k + 1 < frames.size() ? &most[k + 1] : nullptr, tiles, sigma);
+    const double sigma = std::max(noiseLevel(trust, room()), leastNoise);
+    const Image<char> tiles = tilesWithEvidence(trust, sigma);
+    if (std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; })) return {};
+    parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        ImageF broad = room();
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            most[k] = room();
+            windowMean(trust[k], broadReach, broad);
+            windowMost(broad, stayReach, most[k]);
+        }
+    });
+    parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        Room of{room(), room(), room()};
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k)
+            trustOf(trust[k], k > 0 ? &most[k - 1] : nullptr, k + 1 < frames.size() ? &most[k + 1] : nullptr, tiles,
+                    sigma, of);
     });
     return trust;
 }
