@@ -70,10 +70,10 @@ void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, co
 /// Scene and noise from `scene`, in turn.
 void settle(std::span<const ImageF> frames, DryScene& dry)
 {
-    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
+    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range);
     for (int pass = 0; pass < trimmings; ++pass) {
         trimScene(frames, dry.trust, dry.noise, 0.0, dry.scene);
-        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range);
+        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range);
     }
 }
 
@@ -101,7 +101,7 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
         trimScene(frames, darker.trust, dry.noise, leastStep * dry.range, darker.scene);
     renewTrust(frames, darker.scene, covered, darker);
     if (!darker.hasMovers) {
-        darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range);
+        darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
         return darker;
     }
     dry.scene = begin;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/Parallel.h"
 
@@ -12,17 +13,37 @@ constexpr std::size_t fewestSamples = 64;
 constexpr double leastShare = 0.25;                   // of the typical block's
 constexpr std::size_t frameStep = 2, columnStep = 2;  // samples enough
 
-/// 1.4826 times the middle of depths below the scene: the standard deviation of noise that is as strong on both sides.
-float deviationOf(std::vector<float>& depths)
+/// The x beyond which a share 1 - p of |x| lies, x normal with deviation 1: Newton's method on erf, from its tail.
+double halfNormalQuantile(double p)
 {
-    const auto middle = depths.begin() + std::ptrdiff_t(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    return 1.4826f * *middle;
+    double x = std::clamp(p, 0.0, 0.999);
+    for (int step = 0; step < 20; ++step) {
+        const double density = std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * x * x);
+        x = std::clamp(x - (std::erf(x / std::numbers::sqrt2) - p) / density, 0.0, 6.0);
+    }
+    return x;
 }
 
 }  // namespace
 
-NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least)
+double darkDeviation(std::vector<float>& depths, double repeated)
+{
+    const auto seen = std::partition(depths.begin(), depths.end(), [&](float depth) { return depth <= repeated; });
+    const auto count = std::size_t(depths.end() - seen);
+    if (count < fewestSamples) return 0.0;
+    const auto middle = seen + std::ptrdiff_t(count / 2);
+    std::nth_element(seen, middle, depths.end());
+    // The median of a normal whose values under `repeated` are missing is that of a higher quantile.
+    double sigma = *middle / 0.6745;
+    for (int step = 0; step < 8; ++step) {
+        const double missing = std::erf(repeated / (sigma * std::numbers::sqrt2));
+        sigma = *middle / halfNormalQuantile(0.5 * (1.0 + std::min(missing, 0.9)));
+    }
+    return sigma;
+}
+
+NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least,
+                  double repeated)
 {
     const int width = scene.width(), height = scene.height(), channels = scene.channels();
     const int columns = (width + NoiseMap::block - 1) / NoiseMap::block;
@@ -45,7 +66,7 @@ NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust,
                                 if (const float depth = scene.at(x, y, j) - frames[k].at(x, y, j); depth > 0.0f)
                                     depths.push_back(depth);
                         }
-                map.sigma.at(b, row) = depths.size() >= fewestSamples ? bessel * deviationOf(depths) : 0.0f;
+                map.sigma.at(b, row) = bessel * float(darkDeviation(depths, repeated));
             }
     });
     std::vector<float> known;

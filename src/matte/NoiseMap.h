@@ -20,11 +20,18 @@ struct NoiseMap {
     float at(int x, int y) const { return sigma.at(x / block, y / block); }
 };
 
-/// From the dark side of the scene alone, where rain is not: the root of the mean square of how far trusted values lie
-/// below it. Values that equal the scene's are left out: codecs that repeat a block make many of them, and they say
-/// nothing of the noise that alpha meets in the frames that were coded anew. A block with fewer than 64 such samples
-/// takes the typical value; none is taken for less noisy than a quarter of that, or than `least` (> 0). trust  one a
-/// frame, or none.
-NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least);
+/// The standard deviation of noise from how far values lie below the scene: from the median of those depths that are
+/// more than `repeated`, as a normal distribution would have it. Codecs repeat blocks from frame to frame; half of the
+/// values then equal the scene's and say nothing of the noise that is met where a block is coded anew. 0 if less than 64
+/// depths are left. The depths are put out of order.
+double darkDeviation(std::vector<float>& depths, double repeated);
+
+/// From the dark side of the scene alone, where rain is not (darkDeviation). A block with too few values there takes the
+/// typical deviation; none is taken for less noisy than a quarter of that, or than `least` (> 0).
+///
+///   trust     one a frame, or none: values that are not trusted are left out
+///   repeated  depths up to this are left out
+NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least,
+                  double repeated);
 
 }  // namespace virga::matte

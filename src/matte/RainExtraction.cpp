@@ -186,7 +186,7 @@ Extraction paperExtraction(std::vector<ImageF>& frames, const ExtractionOptions&
     if (options.slant) result.direction.slant = *options.slant;
     result.terms = paper.terms;
     result.terms.slant = found.slant;
-    result.noise = noiseMap(frames, {}, result.scene, 1e-6);
+    result.noise = noiseMap(frames, {}, result.scene, 1e-6, 0.0);
     result.history = std::move(found.history);
     result.rose = found.rose;
     return result;

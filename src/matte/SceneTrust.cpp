@@ -7,6 +7,7 @@
 
 #include "core/Parallel.h"
 #include "core/Simd.h"
+#include "matte/NoiseMap.h"
 
 namespace virga::matte {
 namespace {
@@ -36,15 +37,6 @@ VIRGA_SIMD void differ(const float* frame, const float* scene, int channels, std
         differAny<3>(frame, scene, count, to);
     else
         differAny<1>(frame, scene, count, to);
-}
-
-/// 1.4826 x the median of the values' depth below 0.
-double darkSide(std::vector<float>& below)
-{
-    if (below.empty()) return 0.0;
-    const auto middle = below.begin() + std::ptrdiff_t(below.size() / 2);
-    std::nth_element(below.begin(), middle, below.end());
-    return 1.4826 * *middle;
 }
 
 // Windows 2 reach + 1 wide and high, first down, then across; what leaves the picture is left out.
@@ -197,7 +189,7 @@ void trustOf(ImageF& difference, const ImageF* before, const ImageF* after, cons
 
 }  // namespace
 
-double noiseLevel(std::span<const ImageF> frames, const ImageF& scene)
+double noiseLevel(std::span<const ImageF> frames, const ImageF& scene, double repeated)
 {
     std::vector<float> below;
     const std::size_t stride = frames.size() * scene.size() / mostSamples + 1;
@@ -207,7 +199,7 @@ double noiseLevel(std::span<const ImageF> frames, const ImageF& scene)
             if (const float depth = scene.data()[at] - frame.data()[at]; depth > 0.0f) below.push_back(depth);
         at -= frame.size();
     }
-    return darkSide(below);
+    return darkDeviation(below, repeated);
 }
 
 std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene, double leastNoise)
@@ -223,7 +215,7 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
             differ(frames[k].data(), scene.data(), scene.channels(), trust[k].size(), trust[k].data());
         }
     });
-    const double sigma = std::max(noiseLevel(trust, room()), leastNoise);
+    const double sigma = std::max(noiseLevel(trust, room(), leastNoise), leastNoise);
     const Image<char> tiles = tilesWithEvidence(trust, sigma);
     if (std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; })) return {};
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {

@@ -12,7 +12,7 @@ namespace virga::matte {
 /// Standard deviation of the noise of one value, in the footage's units: 1.4826 times the median of how far values lie
 /// below the scene. Rain is brighter than what it hides almost everywhere and is left out by that; noise is as strong
 /// on the dark side as on the bright one. 0 where nothing is below the scene.
-double noiseLevel(std::span<const ImageF> frames, const ImageF& scene);
+double noiseLevel(std::span<const ImageF> frames, const ImageF& scene, double repeated = 0.0);
 
 /// 0 where something moves, 1 elsewhere, a picture a frame. Told from rain in the mean of the channels and in units of
 /// its noise, which is measured there, by sign, breadth and staying:
