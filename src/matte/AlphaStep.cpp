@@ -3,6 +3,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
 
@@ -418,7 +419,7 @@ public:
             pull_.put(y, pull.data());
             alpha_.put(y, start.data());
         }
-        std::fill(waiting_.begin(), waiting_.end(), Real(2));
+        std::fill(waiting_.begin(), waiting_.end(), std::numeric_limits<Real>::infinity());
         bool isSettled = false;
         for (int step = 0; step < mostSteps && !isSettled; ++step) {
             isSettled = true;
