@@ -27,19 +27,20 @@ constexpr int mostSamples = 50'000;       // pixels of a level that have a say
 constexpr int fewestSamples = 48;         // that a level needs
 // Residuals are of the scene and of rain, which may be on most pixels of two frames together: their spread is read from
 // the least quarter of them, as of a normal distribution, and what is beyond three of it has no say.
-constexpr double scaleQuantile = 0.25, scaleOfQuantile = 0.3186;
+constexpr double scaleQuantile = 0.25, scaleOfQuantile = 0.3186, scaleOfMedian = 0.6745;
 constexpr double biweight = 3.0;
-constexpr double leastScale = 1e-3;        // of residuals, over the reference's range
+constexpr double leastScale = 2e-3;        // of residuals, over the reference's range
 constexpr double steady_px = 2e-3;         // a step this small ends the iteration
 constexpr double correlatedPixels = 12;    // 4 pi sigma^2: pixels that share their noise after a blur of sigma = 1
 constexpr double loosest_px = 0.5;         // standard deviation at the corners that a model may have
 constexpr double matchTolerance_px = 1.5;  // in the picture that features are found in
 constexpr std::size_t fewestMatches = 8;
-constexpr double inlierDistance_px = 1.0;      // of a cell from its place
-constexpr double cellPrecision_px = 0.25;      // standard deviation of a cell that counts as textured
-constexpr double cellLikeness = 0.7;           // correlation of a cell with itself in the frame
-constexpr int fewestInliers = 4;               // cells
-constexpr std::size_t medianFrames = 9;        // that a picture without rain is made of
+constexpr double inlierDistance_px = 1.0;  // of a cell from its place
+constexpr double cellPrecision_px = 0.25;  // standard deviation of a cell that counts as textured
+constexpr double cellLikeness = 0.7;       // correlation of a cell with itself in the frame
+constexpr int fewestInliers = 4;           // cells
+constexpr std::size_t medianFrames = 9;    // that a picture without rain is made of
+constexpr int polishes = 2;  // a second is what clips of few frames need: 0.04 px become 0.03, with movers 0.08 0.03
 constexpr std::size_t fewestMedianFrames = 5;  // of fewer it is no better than a frame
 
 /// Pixel coordinates with centres at integers, moved and scaled such that a picture spans -1..1 on its longer side: the
@@ -260,7 +261,8 @@ std::vector<Sample> samplesOf(const ImageF& picture, const Grid& grid, int level
 struct Fit {
     Matrix3d frame = Matrix3d::Identity();
     double gain = 1, offset = 0;
-    double sigma = leastScale;                                  // of the residuals
+    double sigma = leastScale;                                  // of the residuals, rain and movers left out
+    double spread = leastScale;                                 // of all
     double loose_px = std::numeric_limits<double>::infinity();  // standard deviation at the worst corner
 };
 
@@ -287,8 +289,11 @@ std::optional<Fit> refined(std::span<const Sample> from, const ImageF& to, const
             sizes.push_back(std::abs(errors[i]));
         }
         if (sizes.size() < fewestSamples) return std::nullopt;
+        const auto middle = sizes.begin() + std::ptrdiff_t(sizes.size() / 2);
+        std::nth_element(sizes.begin(), middle, sizes.end());
+        fit.spread = std::max(leastScale, double(*middle) / scaleOfMedian);
         const auto rank = sizes.begin() + std::ptrdiff_t(scaleQuantile * double(sizes.size()));
-        std::nth_element(sizes.begin(), rank, sizes.end());
+        std::nth_element(sizes.begin(), rank, middle);
         fit.sigma = std::max(leastScale, double(*rank) / scaleOfQuantile);
         const float limit = float(biweight * fit.sigma);
 
@@ -368,7 +373,7 @@ Judgement judged(const ImageF& from, const ImageF& to, const Grid& grid, int lev
     const int width = from.width(), height = from.height();
     const int cell = std::clamp(std::min(width, height) / 8, 12, 64), stride = cell / 24 + 1;
     const Matrix3d warp = grid.pixels(level) * fit.frame * grid.pixels(level).inverse();
-    const float limit = float(biweight * fit.sigma);
+    const float limit = float(biweight * fit.spread);
     struct Point {
         double x, y;
         float value;
@@ -994,11 +999,14 @@ std::vector<FrameAlignment> alignFrames(std::span<const ImageF> frames, int refe
         refine(k, nearest, templateOf(all.whole(nearest), all.grid, 0));
     }
 
-    polish(all, base, outwards, anchors, placed, result);
+    for (int round = 0; round < polishes; ++round) polish(all, base, outwards, anchors, placed, result);
 
-    for (std::size_t k = 0; k < count; ++k) {
-        if (k == base || !placed[k]) continue;
+    for (const std::size_t k : outwards) {
+        if (!placed[k]) continue;
         FrameAlignment& out = result[k];
+        // A frame is no better placed than what it was placed against.
+        out.inlierShare = std::min(out.inlierShare, result[anchors[k]].inlierShare);
+        out.residual_px = std::hypot(out.residual_px, result[anchors[k]].residual_px);
         const Homography h = homographyOf(*placed[k], all.grid);
         if (!std::all_of(h.m.begin(), h.m.end(), [](double v) { return std::isfinite(v); })) continue;
         out.referenceFromFrame = h;

@@ -5,8 +5,9 @@
 // It does not hold for a camera that walks: near things move against far ones (parallax), and no homography brings all
 // of them together. Nor does it hold for a rolling shutter that shakes, a lens that distorts and is panned, or a scene
 // that is mostly in motion. The frame is then aligned to what most of the picture agrees on, and `inlierShare` falls or
-// `residual_px` grows: these two are what to judge by. A static model is worth solving from about inlierShare > 0.5 and
-// residual_px < 0.25.
+// `residual_px` grows: these two are what to judge by. A static model is worth solving from about inlierShare > 0.7,
+// less the part of the picture that is in motion, and residual_px < 0.4; hand-held footage of a park whose median comes
+// out sharp has 0.95 and up to 0.35.
 //
 // A homography takes a point (x, y) of the frame to one of the reference; pixel centres as in docs/conventions.md.
 #pragma once
