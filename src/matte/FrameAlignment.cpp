@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <opencv2/features2d.hpp>
 #include <optional>
 
@@ -70,18 +72,18 @@ struct Range {
     bool empty() const { return !(high > low); }
 };
 
-float brightness(const float* p, int channels)
+double brightness(const float* p, int channels)
 {
-    float sum = 0;
-    for (int c = 0; c < channels; ++c) sum += std::isfinite(p[c]) ? p[c] : 0.0f;
-    return sum / float(channels);
+    double sum = 0;
+    for (int c = 0; c < channels; ++c) sum += std::isfinite(p[c]) ? double(p[c]) : 0.0;
+    return sum / channels;
 }
 
 Range rangeOf(const ImageF& frame)
 {
     const std::size_t channels = std::size_t(frame.channels()), pixels = frame.size() / channels;
     const std::size_t stride = pixels / 50'000 + 1 + (pixels / 50'000) % 2;  // odd: walks through all columns
-    std::vector<float> values;
+    std::vector<double> values;
     for (std::size_t i = 0; i < pixels; i += stride)
         values.push_back(brightness(frame.data() + i * channels, frame.channels()));
     std::sort(values.begin(), values.end());
@@ -96,12 +98,11 @@ Range rangeOf(const ImageF& frame)
 ImageF prepared(const ImageF& frame, const Range& range)
 {
     ImageF picture(frame.width(), frame.height(), 1);
-    if (range.empty()) return picture;
     const std::size_t channels = std::size_t(frame.channels());
-    const float low = float(range.low), gain = float(1 / (range.high - range.low));
+    const double gain = 1 / (range.high - range.low);
     for (std::size_t i = 0; i < picture.size(); ++i) {
-        const float v = (brightness(frame.data() + i * channels, frame.channels()) - low) * gain;
-        picture.data()[i] = v < 0 ? -std::log1p(-v) : v > 1 ? 1 + std::log(v) : v;
+        const double v = (brightness(frame.data() + i * channels, frame.channels()) - range.low) * gain;
+        picture.data()[i] = float(v < 0 ? -std::log1p(-v) : v > 1 ? 1 + std::log(v) : v);
     }
     return picture;
 }
@@ -602,33 +603,6 @@ struct Placement {
     Judgement judgement;
 };
 
-/// All that is known while frames are aligned.
-struct Alignment {
-    std::span<const ImageF> frames;
-    AlignmentOptions options;
-    Range range;
-    Grid grid;
-    std::vector<Pyramid> pyramids;  // without their first level if there are others
-    std::vector<Features> features;
-    int featureLevel = 0;
-
-    int levels() const { return int(pyramids[0].size()); }
-    int lowest() const { return levels() > 1 ? 1 : 0; }  // level that is always kept
-
-    bool isGood(const std::optional<Placement>& p) const
-    {
-        return p && p->judgement.inliers >= fewestInliers && p->judgement.share >= options.minInlierShare;
-    }
-
-    ImageF base(std::size_t k) const { return smoothed(prepared(frames[k], range), 1); }
-    Pyramid whole(std::size_t k) const
-    {
-        Pyramid pyramid = pyramids[k];
-        if (pyramid[0].empty()) pyramid[0] = base(k);
-        return pyramid;
-    }
-};
-
 /// A frame that others are aligned to.
 struct Template {
     Pyramid pyramid;
@@ -700,51 +674,222 @@ double overlapOf(const Matrix3d& frame, const Grid& grid)
     return inside / 256.0;
 }
 
-/// The frames nearest to an anchor, itself among them, in its grid: what its picture is without rain.
-struct Neighbourhood {
-    std::vector<std::size_t> frames;
-    std::vector<ImageF> pictures;  // NaN where they do not reach
+/// All that is known while frames are aligned. Frames are by number; transforms are frame from reference, normalised.
+class Alignment {
+public:
+    Alignment(std::span<const ImageF> frames, std::size_t reference, const AlignmentOptions& options,
+              const Range& range);
 
-    Neighbourhood(const Alignment& all, std::size_t anchor, std::span<const std::optional<Matrix3d>> placed)
+    void chain();          ///< each frame to its neighbour on the side of the reference, roughly
+    void chooseAnchors();  ///< what each is refined against
+    void refine();         ///< on the pixels of the frames, against their anchors
+    void polish();         ///< once more, against pictures that have no rain of their own
+    std::vector<FrameAlignment> result() const;
+
+private:
+    bool isGood(const std::optional<Placement>& p) const
     {
-        for (std::size_t k = 0; k < placed.size(); ++k)
-            if (placed[k]) frames.push_back(k);
-        const auto distance = [anchor](std::size_t k) { return k > anchor ? k - anchor : anchor - k; };
-        std::stable_sort(frames.begin(), frames.end(),
-                         [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
-        if (frames.size() > medianFrames) frames.resize(medianFrames);
-        pictures.resize(frames.size());
-        const Matrix3d pixels = all.grid.pixels(0), anchorFromBase = *placed[anchor];
-        parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (std::size_t i = std::size_t(first); i < std::size_t(last); ++i) {
-                ImageF picture = all.base(frames[i]);
-                if (frames[i] != anchor) {
-                    const Matrix3d warp = pixels * *placed[frames[i]] * anchorFromBase.inverse() * pixels.inverse();
-                    ImageF warped(picture.width(), picture.height(), 1, std::numeric_limits<float>::quiet_NaN());
-                    for (int y = 0; y < warped.height(); ++y) {
-                        for (int x = 0; x < warped.width(); ++x) {
-                            const Vector2d at = applied(warp, x, y);
-                            sampleInside(picture, at.x(), at.y(), warped.at(x, y));
-                        }
-                    }
-                    picture = std::move(warped);
-                }
-                pictures[i] = std::move(picture);
-            }
+        return p && p->judgement.inliers >= fewestInliers && p->judgement.share >= options_.minInlierShare;
+    }
+    std::size_t inwards(std::size_t k) const { return k > reference_ ? k - 1 : k + 1; }
+    ImageF base(std::size_t k) const { return smoothed(prepared(frames_[k], range_), 1); }
+    Pyramid whole(std::size_t k) const
+    {
+        Pyramid pyramid = pyramids_[k];
+        if (pyramid[0].empty()) pyramid[0] = base(k);
+        return pyramid;
+    }
+    /// The body for each of some frames, on all cores.
+    static void each(std::span<const std::size_t> which, const std::function<void(std::size_t)>& body)
+    {
+        parallelFor(0, std::ptrdiff_t(which.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            for (std::ptrdiff_t i = first; i < last; ++i) body(which[std::size_t(i)]);
         });
     }
 
-    bool contains(std::size_t k) const { return std::find(frames.begin(), frames.end(), k) != frames.end(); }
+    std::optional<Placement> link(const Template& from, std::size_t a, std::size_t b) const;
+    void refine(std::size_t k, const Template& anchor);
+    void refineElsewhere(std::size_t k);
+    void polish(std::size_t anchor, std::span<const std::optional<Matrix3d>> before);
+    class Neighbourhood;
 
-    /// The median of all but `left out`: a frame that is compared with itself stays where it is.
-    ImageF median(std::size_t leftOut) const
+    std::span<const ImageF> frames_;
+    std::size_t reference_;
+    AlignmentOptions options_;
+    Range range_;
+    Grid grid_;
+    int featureLevel_ = 0, top_ = 0, lowest_ = 0;  // levels: of the features, the smallest, the largest that is kept
+    std::vector<std::size_t> outwards_;  // all but the reference; those nearer to it on the same side come before
+    std::vector<Pyramid> pyramids_;
+    std::vector<Features> features_;
+    std::vector<std::optional<Matrix3d>> chained_, placed_;  // roughly, and exactly
+    std::vector<std::size_t> anchors_;
+    std::vector<Judgement> judgements_;  // against the anchors
+};
+
+Alignment::Alignment(std::span<const ImageF> frames, std::size_t reference, const AlignmentOptions& options,
+                     const Range& range)
+    : frames_(frames), reference_(reference), options_(options), range_(range),
+      grid_(frames[0].width(), frames[0].height()), pyramids_(frames.size()), features_(frames.size()),
+      chained_(frames.size()), placed_(frames.size()), anchors_(frames.size(), reference), judgements_(frames.size())
+{
+    for (std::size_t k = reference + 1; k < frames.size(); ++k) outwards_.push_back(k);
+    for (std::size_t k = reference; k-- > 0;) outwards_.push_back(k);
+    chained_[reference] = placed_[reference] = Matrix3d::Identity();
+    judgements_[reference].share = 1;
+
+    int side = std::min(frames[0].width(), frames[0].height());
+    for (; side >= 2 * topSide; side = (side + 1) / 2) ++top_;
+    lowest_ = std::min(1, top_);
+    while (featureLevel_ < top_ && std::max(frames[0].width(), frames[0].height()) >> featureLevel_ > featureSide)
+        ++featureLevel_;
+    std::vector<std::size_t> all = outwards_;
+    all.push_back(reference);
+    each(all, [&](std::size_t k) {
+        Pyramid pyramid = pyramidOf(frames_[k], range_);
+        features_[k] = featuresOf(pyramid, grid_, featureLevel_, options_.mostFeatures);
+        if (lowest_ > 0) pyramid[0] = {};
+        pyramids_[k] = std::move(pyramid);
+    });
+}
+
+/// From a to b by features, and if they fail from where nothing has moved.
+std::optional<Placement> Alignment::link(const Template& from, std::size_t a, std::size_t b) const
+{
+    const double tolerance = matchTolerance_px / grid_.pixels(featureLevel_)(0, 0);
+    std::optional<Placement> placed;
+    if (const auto guess = coarse(features_[a], features_[b], tolerance))
+        placed = place(from, pyramids_[b], grid_, *guess, std::min(top_, 2), lowest_);
+    if (isGood(placed)) return placed;
+    const auto still = place(from, pyramids_[b], grid_, Matrix3d::Identity(), top_, lowest_);
+    return still && (!placed || still->judgement.share > placed->judgement.share) ? still : placed;
+}
+
+void Alignment::chain()
+{
+    std::vector<std::optional<Placement>> links(frames_.size());
+    each(outwards_,
+         [&](std::size_t k) { links[k] = link(templateOf(pyramids_[inwards(k)], grid_, lowest_), inwards(k), k); });
+    for (const std::size_t k : outwards_) {
+        std::size_t nearest = inwards(k);
+        if (isGood(links[k]) && chained_[nearest]) {
+            chained_[k] = links[k]->fit.frame * *chained_[nearest];
+            continue;
+        }
+        // Past a frame that was lost: the nearest that was not, and the reference itself.
+        while (!chained_[nearest]) nearest = inwards(nearest);
+        for (const std::size_t a : {nearest, reference_}) {
+            const auto past = link(templateOf(pyramids_[a], grid_, lowest_), a, k);
+            if (!isGood(past)) continue;
+            chained_[k] = past->fit.frame * *chained_[a];
+            break;
+        }
+    }
+}
+
+void Alignment::chooseAnchors()
+{
+    for (const bool after : {true, false}) {
+        std::size_t anchor = reference_, previous = reference_;
+        for (const std::size_t k : outwards_) {
+            if ((k > reference_) != after || !chained_[k]) continue;
+            if (overlapOf(*chained_[k] * chained_[anchor]->inverse(), grid_) < options_.minOverlap) anchor = previous;
+            anchors_[k] = anchor;
+            previous = k;
+        }
+    }
+}
+
+void Alignment::refine(std::size_t k, const Template& anchor)
+{
+    const std::size_t a = anchors_[k];
+    const auto p = place(anchor, whole(k), grid_, *chained_[k] * chained_[a]->inverse(), std::min(top_, 2), 0);
+    if (!isGood(p)) return;
+    placed_[k] = p->fit.frame * *placed_[a];
+    judgements_[k] = p->judgement;
+}
+
+/// A frame that its anchor does not recognise, against the nearest that has its place.
+void Alignment::refineElsewhere(std::size_t k)
+{
+    std::size_t nearest = inwards(k);
+    while (!placed_[nearest]) nearest = inwards(nearest);
+    if (nearest == anchors_[k]) return;
+    anchors_[k] = nearest;
+    refine(k, templateOf(whole(nearest), grid_, 0));
+}
+
+void Alignment::refine()
+{
+    // Anchors first, as they are needed; each has its own before it.
+    std::vector<std::optional<Template>> templates(frames_.size());
+    templates[reference_] = templateOf(whole(reference_), grid_, 0);
+    std::vector<std::size_t> rest;
+    const std::vector<std::size_t> anchors = anchors_;
+    for (const std::size_t k : outwards_) {
+        if (!chained_[k]) continue;
+        if (std::find(anchors.begin(), anchors.end(), k) == anchors.end()) {
+            rest.push_back(k);
+            continue;
+        }
+        if (templates[anchors_[k]]) refine(k, *templates[anchors_[k]]);
+        if (!placed_[k]) refineElsewhere(k);
+        if (placed_[k]) templates[k] = templateOf(whole(k), grid_, 0);
+    }
+    each(rest, [&](std::size_t k) {
+        if (templates[anchors_[k]]) refine(k, *templates[anchors_[k]]);
+    });
+    for (const std::size_t k : rest)
+        if (!placed_[k]) refineElsewhere(k);
+}
+
+/// The frames nearest to an anchor, itself among them, in its grid: what its picture is without rain.
+class Alignment::Neighbourhood {
+public:
+    Neighbourhood(const Alignment& all, std::size_t anchor, std::span<const std::optional<Matrix3d>> placed)
     {
-        ImageF result(pictures[0].width(), pictures[0].height(), 1);
+        for (std::size_t k = 0; k < placed.size(); ++k)
+            if (placed[k]) frames_.push_back(k);
+        const auto distance = [anchor](std::size_t k) { return k > anchor ? k - anchor : anchor - k; };
+        std::stable_sort(frames_.begin(), frames_.end(),
+                         [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+        if (frames_.size() > medianFrames) frames_.resize(medianFrames);
+        std::vector<std::size_t> places(frames_.size());
+        std::iota(places.begin(), places.end(), std::size_t(0));
+        pictures_.resize(frames_.size());
+        const Matrix3d pixels = all.grid_.pixels(0), referenceFromAnchor = placed[anchor]->inverse();
+        each(places, [&](std::size_t i) {
+            const ImageF picture = all.base(frames_[i]);
+            if (frames_[i] == anchor) {
+                pictures_[i] = picture;
+                return;
+            }
+            const Matrix3d warp = pixels * *placed[frames_[i]] * referenceFromAnchor * pixels.inverse();
+            ImageF warped(picture.width(), picture.height(), 1, std::numeric_limits<float>::quiet_NaN());
+            for (int y = 0; y < warped.height(); ++y) {
+                for (int x = 0; x < warped.width(); ++x) {
+                    const Vector2d at = applied(warp, x, y);
+                    sampleInside(picture, at.x(), at.y(), warped.at(x, y));
+                }
+            }
+            pictures_[i] = std::move(warped);
+        });
+    }
+
+    std::size_t size() const { return frames_.size(); }
+    bool contains(std::size_t k) const { return std::find(frames_.begin(), frames_.end(), k) != frames_.end(); }
+
+    /// The median of all but one, if that is among them: a frame that is compared with itself stays where it is.
+    ImageF medianWithout(std::size_t k) const
+    {
+        ImageF result(pictures_[0].width(), pictures_[0].height(), 1);
         std::vector<float> values;
         for (std::size_t i = 0; i < result.size(); ++i) {
             values.clear();
-            for (std::size_t j = 0; j < frames.size(); ++j)
-                if (frames[j] != leftOut && !std::isnan(pictures[j].data()[i])) values.push_back(pictures[j].data()[i]);
+            for (std::size_t j = 0; j < frames_.size(); ++j) {
+                const float value = pictures_[j].data()[i];
+                if (frames_[j] != k && !std::isnan(value)) values.push_back(value);
+            }
             if (values.empty()) continue;
             const auto middle = values.begin() + std::ptrdiff_t((values.size() - 1) / 2);  // the lower: rain is bright
             std::nth_element(values.begin(), middle, values.end());
@@ -752,45 +897,46 @@ struct Neighbourhood {
         }
         return result;
     }
+
+private:
+    std::vector<std::size_t> frames_;
+    std::vector<ImageF> pictures_;  // NaN where they do not reach
 };
 
-/// Once more on the pixels of all frames, anchors too, now against pictures that have no rain of their own.
-/// outwards: the frames but the reference, those first that others are refined against; anchors: of each, against which
-void polish(const Alignment& all, std::size_t base, std::span<const std::size_t> outwards,
-            std::span<const std::size_t> anchors, std::vector<std::optional<Matrix3d>>& placed,
-            std::vector<FrameAlignment>& result)
+void Alignment::polish()
 {
-    const std::vector<std::optional<Matrix3d>> before = placed;
-    std::vector<std::size_t> order = {base};
-    order.insert(order.end(), outwards.begin(), outwards.end());
-    for (const std::size_t anchor : order) {
-        std::vector<std::size_t> members;
-        for (const std::size_t k : outwards)
-            if (anchors[k] == anchor && before[k]) members.push_back(k);
-        if (members.empty()) continue;
-        for (const std::size_t k : members) placed[k] = *before[k] * before[anchor]->inverse() * *placed[anchor];
-        const Neighbourhood near(all, anchor, before);
-        if (near.frames.size() < fewestMedianFrames) continue;
-        const Template common = templateOf({near.median(all.frames.size())}, all.grid, 0);
-        const auto placedAgain = [&](std::size_t k, const Matrix3d& guess) {
-            const Pyramid picture = {all.base(k)};
-            if (!near.contains(k)) return place(common, picture, all.grid, guess, 0, 0);
-            return place(templateOf({near.median(k)}, all.grid, 0), picture, all.grid, guess, 0, 0);
-        };
-        // The median lies where its frames do on average, which is not quite where the anchor does.
-        const auto own = placedAgain(anchor, Matrix3d::Identity());
-        if (!all.isGood(own)) continue;
-        parallelFor(0, std::ptrdiff_t(members.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (std::ptrdiff_t i = first; i < last; ++i) {
-                const std::size_t k = members[std::size_t(i)];
-                const auto p = placedAgain(k, *before[k] * before[anchor]->inverse());
-                if (!all.isGood(p)) continue;
-                placed[k] = p->fit.frame * own->fit.frame.inverse() * *placed[anchor];
-                result[k].residual_px = p->judgement.residual_px;
-                result[k].inlierShare = p->judgement.share;
-            }
-        });
-    }
+    const std::vector<std::optional<Matrix3d>> before = placed_;
+    polish(reference_, before);
+    for (const std::size_t anchor : outwards_) polish(anchor, before);
+}
+
+/// The frames of one anchor, whose own place is known by now.
+void Alignment::polish(std::size_t anchor, std::span<const std::optional<Matrix3d>> before)
+{
+    std::vector<std::size_t> members;
+    for (const std::size_t k : outwards_)
+        if (anchors_[k] == anchor && before[k]) members.push_back(k);
+    if (members.empty()) return;
+    const Matrix3d referenceFromAnchor = before[anchor]->inverse();
+    for (const std::size_t k : members) placed_[k] = *before[k] * referenceFromAnchor * *placed_[anchor];
+    const Neighbourhood near(*this, anchor, before);
+    if (near.size() < fewestMedianFrames) return;
+    const Template common = templateOf({near.medianWithout(frames_.size())}, grid_, 0);
+    const auto placedAgain = [&](std::size_t k, const Matrix3d& guess) {
+        const Pyramid picture = {base(k)};
+        if (!near.contains(k)) return place(common, picture, grid_, guess, 0, 0);
+        return place(templateOf({near.medianWithout(k)}, grid_, 0), picture, grid_, guess, 0, 0);
+    };
+    // The median lies where its frames do on average, which is not quite where the anchor does.
+    const auto own = placedAgain(anchor, Matrix3d::Identity());
+    if (!isGood(own)) return;
+    const Matrix3d medianFromReference = own->fit.frame.inverse() * *placed_[anchor];
+    each(members, [&](std::size_t k) {
+        const auto p = placedAgain(k, *before[k] * referenceFromAnchor);
+        if (!isGood(p)) return;
+        placed_[k] = p->fit.frame * medianFromReference;
+        judgements_[k] = p->judgement;
+    });
 }
 
 Homography homographyOf(const Matrix3d& frame, const Grid& grid)
@@ -803,6 +949,28 @@ Homography homographyOf(const Matrix3d& frame, const Grid& grid)
     m /= m(2, 2);
     Homography result;
     for (int i = 0; i < 9; ++i) result.m[std::size_t(i)] = m(i / 3, i % 3);
+    return result;
+}
+
+std::vector<FrameAlignment> Alignment::result() const
+{
+    std::vector<FrameAlignment> result(frames_.size());
+    result[reference_] = {{}, true, 0, 1, 0};
+    const double width = frames_[0].width(), height = frames_[0].height();
+    for (const std::size_t k : outwards_) {
+        if (!placed_[k]) continue;
+        const Homography h = homographyOf(*placed_[k], grid_);
+        if (!std::all_of(h.m.begin(), h.m.end(), [](double v) { return std::isfinite(v); })) continue;
+        // A frame is no better placed than what it was placed against.
+        const FrameAlignment& anchor = result[anchors_[k]];
+        FrameAlignment& out = result[k];
+        out = {h, true, std::hypot(judgements_[k].residual_px, anchor.residual_px),
+               std::min(judgements_[k].share, anchor.inlierShare), 0};
+        for (const auto& [x, y] : {std::array{0.0, 0.0}, {width, 0.0}, {0.0, height}, {width, height}}) {
+            const auto at = h(x, y);
+            out.motion_px = std::max(out.motion_px, std::hypot(at[0] - x, at[1] - y));
+        }
+    }
     return result;
 }
 
@@ -884,140 +1052,18 @@ Homography Homography::inverse() const
 std::vector<FrameAlignment> alignFrames(std::span<const ImageF> frames, int reference, const AlignmentOptions& options)
 {
     check(frames, reference, options);
-    const std::size_t count = frames.size(), base = std::size_t(reference);
-    std::vector<FrameAlignment> result(count);
-    result[base] = {{}, true, 0, 1, 0};
-    const int width = frames[0].width(), height = frames[0].height();
-    if (std::min(width, height) < smallestSide) return result;
-    Alignment all{frames, options, rangeOf(frames[base]), Grid(width, height), {}, {}, 0};
-    if (all.range.empty()) return result;
-
-    all.pyramids.resize(count);
-    all.features.resize(count);
-    parallelFor(0, std::ptrdiff_t(count), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::size_t k = std::size_t(first); k < std::size_t(last); ++k) {
-            Pyramid pyramid = pyramidOf(frames[k], all.range);
-            int level = 0;
-            while (level + 1 < int(pyramid.size()) && std::max(width, height) >> level > featureSide) ++level;
-            all.features[k] = featuresOf(pyramid, all.grid, level, options.mostFeatures);
-            if (pyramid.size() > 1) pyramid[0] = {};
-            all.pyramids[k] = std::move(pyramid);
-        }
-    });
-    while (all.featureLevel + 1 < all.levels() && std::max(width, height) >> all.featureLevel > featureSide)
-        ++all.featureLevel;
-    const int top = all.levels() - 1, lowest = all.lowest();
-    const double tolerance = matchTolerance_px / all.grid.pixels(all.featureLevel)(0, 0);
-    // Frames from near the reference outwards; each has those nearer to it on its side before it.
-    std::vector<std::size_t> outwards;
-    for (std::size_t k = base + 1; k < count; ++k) outwards.push_back(k);
-    for (std::size_t k = base; k-- > 0;) outwards.push_back(k);
-    const auto inwards = [&](std::size_t k, std::size_t by) {
-        return k > base ? k - std::min(by, k - base) : k + std::min(by, base - k);
-    };
-
-    // Roughly, from one frame to another: features, and if they fail from where nothing has moved.
-    const auto link = [&](const Template& from, std::size_t a, std::size_t b) {
-        std::optional<Placement> placed;
-        if (const auto guess = coarse(all.features[a], all.features[b], tolerance))
-            placed = place(from, all.pyramids[b], all.grid, *guess, std::min(top, std::max(lowest, 2)), lowest);
-        if (!all.isGood(placed)) {
-            const auto still = place(from, all.pyramids[b], all.grid, Matrix3d::Identity(), top, lowest);
-            if (still && (!placed || still->judgement.share > placed->judgement.share)) placed = still;
-        }
-        return placed;
-    };
-    std::vector<std::optional<Placement>> links(count);
-    parallelFor(0, std::ptrdiff_t(outwards.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::ptrdiff_t i = first; i < last; ++i) {
-            const std::size_t k = outwards[std::size_t(i)], a = inwards(k, 1);
-            links[k] = link(templateOf(all.pyramids[a], all.grid, lowest), a, k);
-        }
-    });
-    std::vector<std::optional<Matrix3d>> chained(count), placed(count);
-    chained[base] = placed[base] = Matrix3d::Identity();
-    for (const std::size_t k : outwards) {
-        if (all.isGood(links[k]) && chained[inwards(k, 1)]) {
-            chained[k] = links[k]->fit.frame * *chained[inwards(k, 1)];
-            continue;
-        }
-        // Past a frame that was lost: the nearest that was not, and the reference itself.
-        std::size_t nearest = inwards(k, 1);
-        while (!chained[nearest]) nearest = inwards(nearest, 1);
-        for (const std::size_t a : {nearest, base}) {
-            const auto past = link(templateOf(all.pyramids[a], all.grid, lowest), a, k);
-            if (!all.isGood(past)) continue;
-            chained[k] = past->fit.frame * *chained[a];
-            break;
-        }
+    const Range range = rangeOf(frames[std::size_t(reference)]);
+    if (std::min(frames[0].width(), frames[0].height()) < smallestSide || range.empty()) {
+        std::vector<FrameAlignment> nothing(frames.size());
+        nothing[std::size_t(reference)] = {{}, true, 0, 1, 0};
+        return nothing;
     }
-
-    // What each frame is refined against: the reference, or the last before the overlap grew too small.
-    std::vector<std::size_t> anchors(count, base);
-    std::vector<bool> isAnchor(count, false);
-    isAnchor[base] = true;
-    for (const bool after : {true, false}) {
-        std::size_t anchor = base, previous = base;
-        for (const std::size_t k : outwards) {
-            if ((k > base) != after || !chained[k]) continue;
-            if (overlapOf(*chained[k] * chained[anchor]->inverse(), all.grid) < options.minOverlap) anchor = previous;
-            anchors[k] = anchor;
-            isAnchor[anchor] = true;
-            previous = k;
-        }
-    }
-    std::vector<std::optional<Template>> templates(count);
-    const auto refine = [&](std::size_t k, std::size_t anchor, const Template& from) {
-        const Matrix3d guess = *chained[k] * chained[anchor]->inverse();
-        const auto p = place(from, all.whole(k), all.grid, guess, std::min(top, 2), 0);
-        if (!all.isGood(p)) return;
-        placed[k] = p->fit.frame * *placed[anchor];
-        FrameAlignment& out = result[k];
-        out.residual_px = p->judgement.residual_px;
-        out.inlierShare = p->judgement.share;
-    };
-    for (const std::size_t k : outwards) {
-        if (!isAnchor[k]) continue;
-        if (!templates[anchors[k]]) templates[anchors[k]] = templateOf(all.whole(anchors[k]), all.grid, 0);
-        refine(k, anchors[k], *templates[anchors[k]]);
-        templates[k] = templateOf(all.whole(k), all.grid, 0);
-    }
-    if (!templates[base]) templates[base] = templateOf(all.whole(base), all.grid, 0);
-    parallelFor(0, std::ptrdiff_t(outwards.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::ptrdiff_t i = first; i < last; ++i) {
-            const std::size_t k = outwards[std::size_t(i)], a = anchors[k];
-            if (chained[k] && !isAnchor[k] && placed[a]) refine(k, a, *templates[a]);
-        }
-    });
-    // Those that the reference does not recognise are placed by a neighbour that it does.
-    for (const std::size_t k : outwards) {
-        if (placed[k] || !chained[k]) continue;
-        std::size_t nearest = inwards(k, 1);
-        while (!placed[nearest]) nearest = inwards(nearest, 1);
-        if (nearest == anchors[k]) continue;
-        anchors[k] = nearest;
-        refine(k, nearest, templateOf(all.whole(nearest), all.grid, 0));
-    }
-
-    for (int round = 0; round < polishes; ++round) polish(all, base, outwards, anchors, placed, result);
-
-    for (const std::size_t k : outwards) {
-        if (!placed[k]) continue;
-        FrameAlignment& out = result[k];
-        // A frame is no better placed than what it was placed against.
-        out.inlierShare = std::min(out.inlierShare, result[anchors[k]].inlierShare);
-        out.residual_px = std::hypot(out.residual_px, result[anchors[k]].residual_px);
-        const Homography h = homographyOf(*placed[k], all.grid);
-        if (!std::all_of(h.m.begin(), h.m.end(), [](double v) { return std::isfinite(v); })) continue;
-        out.referenceFromFrame = h;
-        out.found = true;
-        for (int corner = 0; corner < 4; ++corner) {
-            const double x = corner % 2 ? width : 0, y = corner / 2 ? height : 0;
-            const auto at = h(x, y);
-            out.motion_px = std::max(out.motion_px, std::hypot(at[0] - x, at[1] - y));
-        }
-    }
-    return result;
+    Alignment alignment(frames, std::size_t(reference), options, range);
+    alignment.chain();
+    alignment.chooseAnchors();
+    alignment.refine();
+    for (int round = 0; round < polishes; ++round) alignment.polish();
+    return alignment.result();
 }
 
 ImageF warpToReference(const ImageF& frame, const Homography& referenceFromFrame, ImageF* covered)

@@ -40,9 +40,9 @@ struct AlignmentOptions {
 struct FrameAlignment {
     Homography referenceFromFrame;
     bool found = false;
-    double residual_px = 0;  // rms over the inliers of the displacement that the homography leaves, < 1 [px]
+    double residual_px = 0;  // rms over the inliers of the displacement that the homography leaves [px]
     double inlierShare =
-        0;                 // of the textured cells of the picture: those that it leaves less than 1 px from their place
+        0;                 // of the textured cells of the picture, those that are left less than 1 px from their place
     double motion_px = 0;  // the largest displacement of a corner of the frame [px]
 };
 
