@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "core/Parallel.h"
 #include "matte/Alternation.h"
@@ -16,10 +17,11 @@ namespace {
 constexpr double slopeOfRain = 0.06;  // of alpha |C - S| along a stroke, its ends counted
 constexpr double slopeOfScene = 0.1;
 constexpr double mostLambda = 0.2;
-constexpr double costOfNothing = 0.5;  // of alpha in a stroke, as a threshold [sigma]
-constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
+const double costOfNothing = getenv("CN")?atof(getenv("CN")):0.5;  // of alpha in a stroke, as a threshold [sigma]
+const double costOfSpecks = getenv("CS")?atof(getenv("CS")):4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
-constexpr double surely = 2.0;         // standard errors
+constexpr double surely = 1.0;  // standard error
+constexpr std::size_t risesStride = 3;
 constexpr double leastSure = 0.3;      // of |C - S|: the largest error of a C that is used
 constexpr double brightestColor = 8;   // of the range, for light that was added
 constexpr int stepsBelow = 2;
@@ -49,6 +51,24 @@ std::vector<ImageF> risesAbove(std::span<const ImageF> frames, std::span<const I
         }
     });
     return rises;
+}
+
+/// The 95th percentile of the scene's brightness where `rises` are.
+double brightestUnder(std::span<const ImageF> rises, const ImageF& scene)
+{
+    const auto channels = std::size_t(scene.channels());
+    std::vector<float> under;
+    for (const ImageF& rise : rises)
+        for (std::size_t i = 0; i < rise.size(); i += risesStride) {
+            if (!(rise.data()[i] > 0.0f)) continue;
+            float sum = 0.0f;
+            for (std::size_t j = 0; j < channels; ++j) sum += scene.data()[i * channels + j];
+            under.push_back(sum / float(channels));
+        }
+    if (under.empty()) return 0.0;
+    const auto at = under.begin() + std::ptrdiff_t((under.size() - 1) * 95 / 100);
+    std::nth_element(under.begin(), at, under.end());
+    return *at;
 }
 
 /// |C - S|, what an alpha of 1 would change.
@@ -210,6 +230,9 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     DryScene dry = dryScene(frames, options.movers, scene, covered);
     result.scene = std::move(dry.scene);
     result.direction = rainDirection(risesAbove(frames, dry.trust, result.scene, 2.0 * dry.noise.typical));
+    result.brightestWet =
+        brightestUnder(risesAbove(frames, dry.trust, result.scene, 4.0 * dry.noise.typical), result.scene);
+    result.range = dry.range;
     if (options.slant) result.direction.slant = *options.slant;
 
     RainTerms& terms = result.terms;

@@ -55,6 +55,9 @@ struct Extraction {
     std::array<float, 3> color = {};  // C
     double colorError = 0;            // standard error of the mean of its channels; 0 if given
     ColorSource colorSource = ColorSource::Given;
+    double brightestWet = 0;  // so bright is the ground that rain is seen over, the mean of the channels:
+                              // the 95th percentile over what rises 4 sigma above it. C is brighter
+    double range = 1;         // what is bright in the footage (DryScene.h)
     RainDirection direction;
     NoiseMap noise;
     RainTerms terms;                     // those of the last solve

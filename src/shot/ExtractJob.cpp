@@ -332,17 +332,16 @@ private:
     }
 
     /// C where the strokes do not tell: what a drop returns of the light around the plate, if that is brighter than
-    /// most of the scene; else white.
+    /// the ground that rain is seen over, as it has to be; else half as bright again as the brightest.
     void fallBack(const matte::Extraction& found)
     {
         ImageF plate = found.scene;
         fromModel(plate, space_.space);
-        const std::array<double, 3> color = environmentColor(plate, job_.fov_deg * degree);
-        double mean = 0, ground = 0;
-        for (const double value : color) mean += value / 3;
-        for (const float value : plate.values()) ground += double(value) / double(plate.size());
-        const bool isBright = mean > ground;
-        options_.fallbackColor = toModelColor(isBright ? color : std::array<double, 3>{1, 1, 1}, space_.space);
+        const std::array<float, 3> color = toModelColor(environmentColor(plate, job_.fov_deg * degree), space_.space);
+        const double mean = (double(color[0]) + color[1] + color[2]) / 3;
+        const auto assumed = float(addedColor * found.range);
+        const bool isBright = mean > found.brightestWet;
+        options_.fallbackColor = isBright ? color : std::array{assumed, assumed, assumed};
         fallbackName_ = isBright ? "environment" : "assumed";
     }
 
