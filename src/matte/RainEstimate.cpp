@@ -26,6 +26,7 @@ constexpr double kMass = 1.08;
 constexpr double kContrastScatter = 0.2, kLengthScatter = 0.1;
 constexpr double kMargin = 1.25;     // of the limits: so far over them the finder misses nothing
 constexpr double kElongation = 2.5;  // 2 in the finder, with that margin
+constexpr double kSnow = 3.5;        // median elongation below which it is no rain
 constexpr double kLongest = 0.5;     // of the way through the picture: longer ones are seldom whole
 constexpr std::size_t kLeastStrokes = 8;
 constexpr double kResolved = 1.2;                          // width / blur from which (2) says something
@@ -302,8 +303,9 @@ RainEstimate estimateRain(std::span<const RainStroke> strokes, int width, int he
     }
     if (counted.size() < kLeastStrokes) return {};
 
-    std::vector<double> scores;
-    for (const RainStroke& s : counted) scores.push_back(s.score);
+    std::vector<double> scores, elongations;
+    for (const RainStroke& s : counted) scores.push_back(s.score), elongations.push_back(s.length / s.width);
+    if (medianOf(elongations) < kSnow) return {};
     const double fair = medianOf(scores);
     std::vector<Measured> better;
     for (const RainStroke& s : counted)
@@ -339,7 +341,6 @@ RainEstimate estimateRain(std::span<const RainStroke> strokes, int width, int he
             medianLength * std::sqrt(opacity * std::exp(favour)) * diameter / rainfall::terminalSpeed(diameter);
         exposure = std::clamp(std::sqrt(exposure * found), kShortest, kLongestExposure);
     }
-    if (exposure * rainfall::terminalSpeed(diameter) < 2.5 * diameter) return {};
     // No rain has so many strokes.
     if (rate > 0.99 * kMostRate) return {};
 

@@ -202,6 +202,22 @@ TEST(RainEstimate, ALargerPictureOfTheSameStrokesChangesNothing)
     EXPECT_LT(off(fine.exposure_s, 0.005), std::log(1.15));
 }
 
+TEST(RainEstimate, AWrongFieldOfViewLeavesTheExposure)
+{
+    const Rain sharp{.aperture = 0};
+    const auto strokes = strokesOf(sharp);
+    matte::RainEstimateOptions options;
+    options.minContrast = sharp.least, options.aperture_m = 0;
+    options.near_m = 0.1;
+    options.focal_px = 0.5 * 960 / std::tan(pi / 6);
+    const auto right = matte::estimateRain(strokes, 960, 540, sharp.frames, options);
+    options.focal_px *= 2;
+    const auto tele = matte::estimateRain(strokes, 960, 540, sharp.frames, options);
+    EXPECT_NEAR(tele.exposure_s / right.exposure_s, 1, 0.05);
+    EXPECT_GT(right.rate_mm_h / tele.rate_mm_h, 1.6);
+    EXPECT_LT(right.rate_mm_h / tele.rate_mm_h, 3);
+}
+
 TEST(RainEstimate, WhatNoiseHidesIsNotMissed)
 {
     auto strokes = strokesOf({});
@@ -272,17 +288,26 @@ TEST(RainEstimate, WhatIsNoRainIsNotFound)
                                   .contrast = 0.08,
                                   .inside = true,
                                   .score = 0.5};
+    // Contrasts differ, as a limit is taken from them.
+    const auto alike = [&](std::size_t count) {
+        std::vector<matte::RainStroke> strokes(count, usual);
+        for (std::size_t i = 0; i < count; ++i)
+            strokes[i].mean = strokes[i].contrast = 0.06 + 0.06 * double(i) / double(count);
+        return strokes;
+    };
     EXPECT_FALSE(estimate({}).found);
     EXPECT_EQ(estimate({}).rate_mm_h, 0);
-    EXPECT_FALSE(estimate({usual}).found);
-    estimate(std::vector(8, usual));
-    estimate(std::vector(100000, usual));
+    EXPECT_FALSE(estimate(alike(1)).found);
+    EXPECT_FALSE(estimate(alike(8)).found);
+    EXPECT_TRUE(estimate(alike(50)).found);
+    EXPECT_FALSE(estimate(alike(1000000)).found) << "no rain has so many";
+    estimate(std::vector(100, usual));
 
     // Snow: broad, slow, nearly opaque.
-    auto snow = std::vector(300, usual);
+    auto snow = alike(300);
     for (std::size_t i = 0; i < snow.size(); ++i) {
         snow[i].width = 3 + 0.02 * double(i), snow[i].length = 2.6 * snow[i].width;
-        snow[i].mean = snow[i].contrast = 0.5;
+        snow[i].mean *= 6, snow[i].contrast *= 6;
     }
     EXPECT_FALSE(estimate(snow).found);
 
@@ -293,7 +318,7 @@ TEST(RainEstimate, WhatIsNoRainIsNotFound)
         for (double matte::RainStroke::*member :
              {&matte::RainStroke::length, &matte::RainStroke::width, &matte::RainStroke::mean,
               &matte::RainStroke::contrast, &matte::RainStroke::slant, &matte::RainStroke::score}) {
-            auto spoilt = std::vector(50, usual);
+            auto spoilt = alike(50);
             for (auto& stroke : spoilt) stroke.*member = value;
             estimate(spoilt);
             // Among good ones a bad one does not count.
@@ -301,11 +326,11 @@ TEST(RainEstimate, WhatIsNoRainIsNotFound)
             strokes.insert(strokes.begin(), spoilt.begin(), spoilt.begin() + 1);
             EXPECT_NEAR(estimate(strokes).rate_mm_h / without.rate_mm_h, 1, 0.05) << value;
         }
-    auto cut = std::vector(50, usual);
+    auto cut = alike(50);
     for (auto& stroke : cut) stroke.inside = false;
     EXPECT_FALSE(estimate(cut).found);
-    expectFinite(matte::estimateRain(std::vector(50, usual), 1, 1, 1, {}));
-    expectFinite(matte::estimateRain(std::vector(50, usual), 100000, 1, 1, {}));
+    expectFinite(matte::estimateRain(alike(50), 1, 1, 1, {}));
+    expectFinite(matte::estimateRain(alike(50), 100000, 1, 1, {}));
 }
 
 TEST(RainEstimate, OptionsOutOfRangeAreNamed)
