@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/Parallel.h"
 #include "matte/Alternation.h"
@@ -17,8 +16,8 @@ namespace {
 constexpr double slopeOfRain = 0.06;  // of alpha |C - S| along a stroke, its ends counted
 constexpr double slopeOfScene = 0.1;
 constexpr double mostLambda = 0.2;
-const double costOfNothing = getenv("CN")?atof(getenv("CN")):0.5;  // of alpha in a stroke, as a threshold [sigma]
-const double costOfSpecks = getenv("CS")?atof(getenv("CS")):4.0;   // so many times more where nothing along the rain speaks for a stroke
+constexpr double costOfNothing = 0.3;  // of alpha in a stroke, as a threshold [sigma]
+constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
 constexpr double surely = 1.0;  // standard error
 constexpr std::size_t risesStride = 3;

@@ -3,13 +3,12 @@
 // Wang et al. 2006 solve their Eq. (1) (RainEquation.h) by alternation from the temporal median; `paper` is that. It is
 // ill-posed, drifts, and takes whatever moves for rain. Ours keeps the equation and changes what is asked of it:
 //
-//   start       per pixel the mean of the shorter half of its values (ShortestHalf.h): the median is too bright where
-//               rain covers a pixel in nearly half of the frames
+//   start       what is dry (DryScene.h): the median is too bright where rain covers a pixel in half of the frames
 //   weights     what moves and is not rain has no say (SceneTrust.h); exposure that breathes is taken out before
 //   noise       measured on the dark side of the scene, where rain is not, block by block (NoiseMap.h)
-//   mu, lambda  noise variance over the variance that alpha's slope along a stroke and the scene's slope have:
-//               (0.03)^2 and (0.06 of the footage's range)^2
-//   cost        on alpha, linear, in units of its noise: 2.5 sigma for a speck that stands alone, next to nothing
+//   mu, lambda  noise variance over the variances that the slopes of rain along its strokes and of scenes have, of the
+//               footage's range 0.06^2 and 0.1^2
+//   cost        on alpha, linear, in units of its noise: 1.5 sigma for a speck that stands alone, next to nothing
 //               where alphas along the rain speak for a stroke
 //   C           from the strokes' own samples over backgrounds that differ (RainColor.h), unless it is given
 //
