@@ -12,6 +12,7 @@ namespace {
 constexpr double darkLimit = 2.5, brightLimit = 2.0;  // [sigma]
 constexpr float fewestDry = 3.0f;
 constexpr int trimmings = 4;
+constexpr double mostMoving = 0.25;
 constexpr std::size_t fewestForMovers = 5;
 constexpr double leastNoise = 1e-4;      // of the range
 constexpr double leastStep = 0.5 / 255;  // of the range: less is no evidence that something moves
@@ -67,6 +68,16 @@ void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, co
     });
 }
 
+double untrustedShare(std::span<const ImageF> trust)
+{
+    double sum = 0.0, count = 0.0;
+    for (const ImageF& image : trust) {
+        for (const float value : image.values()) sum += 1.0 - value;
+        count += double(image.size());
+    }
+    return count > 0.0 ? sum / count : 0.0;
+}
+
 /// Scene and noise from `scene`, in turn.
 void settle(std::span<const ImageF> frames, DryScene& dry)
 {
@@ -97,17 +108,22 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     DryScene darker = dry;
     darker.trust.assign(covered.begin(), covered.end());
     darker.scene = lowerQuarterMean(frames);
+    // The noise about the first scene may be rain as well. About this one, which lies a deviation low, half of it
+    // shows.
+    darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
+    for (std::size_t i = 0; i < darker.noise.sigma.size(); ++i)
+        darker.noise.sigma.data()[i] = std::min(2.0f * darker.noise.sigma.data()[i], dry.noise.sigma.data()[i]);
     for (int pass = 0; pass < trimmings; ++pass)
-        trimScene(frames, darker.trust, dry.noise, leastStep * dry.range, darker.scene);
+        trimScene(frames, darker.trust, darker.noise, leastStep * dry.range, darker.scene);
     renewTrust(frames, darker.scene, covered, darker);
-    if (!darker.hasMovers) {
-        darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
-        return darker;
-    }
+    darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
+    if (!darker.hasMovers) return darker;
     dry.scene = begin;
     settle(frames, dry);
     renewTrust(frames, dry.scene, covered, dry);
-    return dry;
+    // Nearly everything moves, unless the scene is rain after all.
+    const double moving = untrustedShare(dry.trust);
+    return moving > mostMoving && untrustedShare(darker.trust) < 0.5 * moving ? darker : dry;
 }
 
 void renewTrust(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> covered, DryScene& dry)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "core/Parallel.h"
@@ -18,6 +19,8 @@ constexpr int darkReach = 1, broadReach = 2, stayReach = 2, margin = 2;
 constexpr int tile = 32;            // [px], for the search of evidence that something moves
 constexpr double outlier = 4.0;     // [sigma] below the scene: noise alone has 3e-5 of its samples there
 constexpr double evidence = 0.005;  // share of a tile's samples, over all frames
+constexpr double leastBright = 16;  // of the least noise: what something bright differs by
+constexpr int wide = 16;            // [px]
 constexpr std::size_t mostSamples = 400'000;
 
 /// (I - S), the mean of the channels.
@@ -103,33 +106,80 @@ void windowMost(const ImageF& image, int reach, ImageF& to)
     }
 }
 
-/// 1 for the tiles in and beside which something dark was seen, a pixel a tile.
-Image<char> tilesWithEvidence(const std::vector<ImageF>& differences, double sigma)
+/// So many samples of each tile are below the scene by more than noise is.
+Image<int> darkSamples(const ImageF& difference, int columns, int rows, float limit)
+{
+    Image<int> counts(columns, rows, 1);
+    for (int y = 0; y < difference.height(); ++y) {
+        const float* row = difference.row(y);
+        for (int c = 0; c < columns; ++c) {
+            const int right = std::min(difference.width(), (c + 1) * tile);
+            int below = 0;
+            for (int x = c * tile; x < right; ++x) below += row[x] < -limit;
+            counts.at(c, y / tile) += below;
+        }
+    }
+    return counts;
+}
+
+/// So many samples of each tile end a square of `wide` x `wide` that is above the scene as a whole: more than strokes
+/// are across.
+Image<int> wideSamples(const ImageF& difference, int columns, int rows, float limit)
+{
+    Image<int> counts(columns, rows, 1);
+    std::vector<int> down(static_cast<std::size_t>(difference.width()));
+    for (int y = 0; y < difference.height(); ++y) {
+        const float* row = difference.row(y);
+        int across = 0;
+        for (int x = 0; x < difference.width(); ++x) {
+            across = row[x] > limit ? across + 1 : 0;
+            int& height = down[std::size_t(x)];
+            height = across >= wide ? height + 1 : 0;
+            counts.at(x / tile, y / tile) += height >= wide;
+        }
+    }
+    return counts;
+}
+
+/// 1 for the tiles in and beside which something moves, a pixel a tile: something dark, or something wide and bright
+/// that is there in the frames before and after too.
+Image<char> tilesWithEvidence(const std::vector<ImageF>& differences, double sigma, double leastNoise)
 {
     const int width = differences[0].width(), height = differences[0].height();
     const int columns = (width + tile - 1) / tile, rows = (height + tile - 1) / tile;
-    Image<char> seen(columns, rows, 1), tiles(columns, rows, 1);
-    const float limit = float(-outlier * sigma);
-    parallelFor(0, rows, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (int r = int(first); r < int(last); ++r)
-            for (int c = 0; c < columns; ++c) {
-                const int left = c * tile, right = std::min(width, left + tile);
-                const int top = r * tile, bottom = std::min(height, top + tile);
-                std::size_t below = 0;
-                for (const ImageF& difference : differences)
-                    for (int y = top; y < bottom; ++y) {
-                        const float* row = difference.row(y);
-                        for (int x = left; x < right; ++x) below += row[x] < limit;
-                    }
-                const double samples = double(right - left) * (bottom - top) * double(differences.size());
-                seen.at(c, r) = double(below) > evidence * samples;
-            }
+    const std::size_t count = differences.size();
+    std::vector<Image<int>> dark(count), bright(count);
+    const auto wideLimit = float(std::max(outlier * sigma, leastBright * leastNoise));
+    parallelFor(0, std::ptrdiff_t(count), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            dark[k] = darkSamples(differences[k], columns, rows, float(outlier * sigma));
+            bright[k] = wideSamples(differences[k], columns, rows, wideLimit);
+        }
     });
+    const auto near = [&](int c, int r, const auto& body) {
+        for (int v = std::max(0, r - 1); v <= std::min(rows - 1, r + 1); ++v)
+            for (int u = std::max(0, c - 1); u <= std::min(columns - 1, c + 1); ++u) body(u, v);
+    };
+    Image<char> seen(columns, rows, 1), tiles(columns, rows, 1);
     for (int r = 0; r < rows; ++r)
-        for (int c = 0; c < columns; ++c)
-            for (int v = std::max(0, r - 1); v <= std::min(rows - 1, r + 1); ++v)
-                for (int u = std::max(0, c - 1); u <= std::min(columns - 1, c + 1); ++u)
-                    tiles.at(c, r) |= seen.at(u, v);
+        for (int c = 0; c < columns; ++c) {
+            std::int64_t moving = 0;
+            for (std::size_t k = 0; k < count; ++k) {
+                moving += dark[k].at(c, r);
+                const auto stays = [&](std::size_t beside) {
+                    int there = 0;
+                    near(c, r, [&](int u, int v) { there += bright[beside].at(u, v); });
+                    return there > 0;
+                };
+                if (bright[k].at(c, r) > 0 && (k == 0 || stays(k - 1)) && (k + 1 == count || stays(k + 1)))
+                    moving += bright[k].at(c, r);
+            }
+            const int right = std::min(width, (c + 1) * tile), bottom = std::min(height, (r + 1) * tile);
+            const double samples = double(right - c * tile) * (bottom - r * tile) * double(count);
+            seen.at(c, r) = double(moving) > evidence * samples;
+        }
+    for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < columns; ++c) near(c, r, [&](int u, int v) { tiles.at(c, r) |= seen.at(u, v); });
     return tiles;
 }
 
@@ -216,7 +266,7 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
         }
     });
     const double sigma = std::max(noiseLevel(trust, room(), leastNoise), leastNoise);
-    const Image<char> tiles = tilesWithEvidence(trust, sigma);
+    const Image<char> tiles = tilesWithEvidence(trust, sigma, leastNoise);
     if (std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; })) return {};
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         ImageF broad = room();
