@@ -19,10 +19,11 @@ constexpr double mostLambda = 0.2;
 constexpr double costOfNothing = 0.3;  // of alpha in a stroke, as a threshold [sigma]
 constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
-constexpr double surely = 1.0;  // standard error
+constexpr double surely = 1.0;         // standard error
+constexpr double brightestReal = 1.5;  // of the range, for what a drop may return
 constexpr std::size_t risesStride = 3;
-constexpr double leastSure = 0.3;      // of |C - S|: the largest error of a C that is used
-constexpr double brightestColor = 8;   // of the range, for light that was added
+constexpr double leastSure = 0.3;     // of |C - S|: the largest error of a C that is used
+constexpr double brightestColor = 8;  // of the range, for light that was added
 constexpr int stepsBelow = 2;
 constexpr double toleranceBelow = 1e-4;
 constexpr float opaque = 0.99f;          // what is behind more than this is not there to be seen
@@ -137,7 +138,7 @@ ColorSource sourceOf(const RainColor& found, const ImageF& scene, double range)
 {
     if (!found.found) return ColorSource::Fallback;
     const double color = meanOf(std::span(found.color).first(std::size_t(scene.channels())));
-    if (color - surely * found.error > range) return ColorSource::Added;
+    if (color - surely * found.error > brightestReal * range) return ColorSource::Added;
     const double gap = std::abs(color - meanOf(scene.values()));
     return found.error <= leastSure * gap && color > 0.0 ? ColorSource::Strokes : ColorSource::Fallback;
 }

@@ -17,6 +17,7 @@
 #include "io/AtomicFile.h"
 #include "matte/AtlasSheet.h"
 #include "matte/ExposureGain.h"
+#include "matte/RainEstimate.h"
 #include "shot/ExtractSheet.h"
 
 namespace virga::shot {
@@ -28,6 +29,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;        // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;  // strokes that the statistics are made of
+constexpr double clearly = 5.0;               // so many times more bright strokes than dark ones: codecs make both
 constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
 constexpr int sheetColumns = 16;
 constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
@@ -200,7 +202,7 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
         dark.push_back(toLinearAlpha(alpha, found.scene));
     darkStrokes_ = int(matte::findRainStrokes(dark, options).size());
     darkMass_ = massOf(dark);
-    const bool hasStrokes = brightStrokes_ > 2 * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
+    const bool hasStrokes = brightStrokes_ > clearly * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
     // Where it rains so hard that strokes cannot be told from each other.
     const bool isDense = brightMass_ > denseMass * darkMass_ && brightMass_ > leastMass * options.noise &&
                          found.direction.coherence > denseCoherence;
@@ -301,7 +303,9 @@ bool ExtractDelivery::deliver(const FootageWindow& window, const matte::Extracti
 void ExtractDelivery::gather(std::span<const ImageF> alphas, const matte::Extraction& found)
 {
     const Timer timer;
-    const std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, strokeOptions(found));
+    const matte::RainStrokeOptions options = strokeOptions(found);
+    const std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, options);
+    minContrast_ = options.minContrast;
     if (strokes_.size() < mostCounted) {
         strokes_.insert(strokes_.end(), strokes.begin(), strokes.end());
         countedFrames_ += alphas.size();
@@ -351,6 +355,36 @@ void ExtractDelivery::finish()
     seconds_["write"] += timer.seconds();
 }
 
+/// What the strokes say of the rain: under "rain" with its uncertainty, under "match" as settings of `virga rain`.
+void ExtractDelivery::addEstimate(json& rain, json& match) const
+{
+    if (countedFrames_ == 0) return;
+    const io::PlateInfo& info = footage_.info();
+    matte::RainEstimateOptions options;
+    options.focal_px = 0.5 * info.width / std::tan(0.5 * job_.fov_deg * degree);
+    options.fps = info.fps;
+    options.minContrast = minContrast_;
+    const matte::RainEstimate e = matte::estimateRain(strokes_, info.width, info.height, int(countedFrames_), options);
+    if (e.found) {
+        rain["rate_mm_h"] = e.rate_mm_h;
+        rain["rate_range_mm_h"] = {e.rateLow, e.rateHigh};
+        rain["exposure_s"] = e.exposure_s;
+        rain["exposure_range_s"] = {e.exposureLow, e.exposureHigh};
+        rain["opacity"] = e.opacity;
+        rain["opacity_range"] = {e.opacityLow, e.opacityHigh};
+        rain["opacity_measured"] = e.opacityMeasured;
+        rain["wind_m_s"] = e.wind_m_s;
+        rain["drop_diameter_mm"] = 1e3 * e.diameter_m;
+        match = {{"rate", e.rate_mm_h},
+                 {"exposure", job_.exposure_s.value_or(e.exposure_s)},
+                 {"opacity", e.opacity},
+                 {"wind", {e.wind_m_s, 0.0}}};
+    } else {
+        rain["rate_mm_h"] = rain["exposure_s"] = json();
+    }
+    if (atlas_ && e.found) match["mattes"] = "atlas.exr";
+}
+
 json ExtractDelivery::report() const
 {
     const io::PlateInfo& info = footage_.info();
@@ -373,6 +407,8 @@ json ExtractDelivery::report() const
                  {"median_length_px", s.medianLength},
                  {"mean_width_px", s.meanWidth},
                  {"wet_share", samples_ > 0 ? wetSamples_ / samples_ : 0.0}};
+    json match;
+    addEstimate(rain, match);
     json seconds = json::object();
     for (const auto& [name, value] : seconds_) seconds[name] = value;
     rusage usage{};
@@ -397,7 +433,7 @@ json ExtractDelivery::report() const
             {"atlas",
              atlas_ ? json{{"strokes", atlas_->count()}, {"tile_width", atlas_->width}, {"tile_height", atlas_->height}}
                     : json()},
-            {"match", json()},
+            {"match", std::move(match)},
             {"files", std::move(files)},
             {"repaired", {{"values", footage_.repairedValues()}, {"frames", footage_.repairedFrames()}}},
             {"seconds", std::move(seconds)},

@@ -59,6 +59,7 @@ private:
                       std::span<const matte::FrameAlignment> places, std::size_t k) const;
     ImageF toLinearAlpha(const ImageF& alpha, const ImageF& scene) const;
     matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
+    void addEstimate(nlohmann::json& rain, nlohmann::json& match) const;
     void gather(std::span<const ImageF> alphas, const matte::Extraction& found);
 
     const ExtractJobOptions& job_;
@@ -78,6 +79,7 @@ private:
     std::size_t countedFrames_ = 0;
     std::vector<matte::KeptStroke> best_;
     std::optional<matte::StrokeAtlas> atlas_;
+    double minContrast_ = 0.01;  // of the strokes that are counted
     ImageF sheetFrame_, sheetAlpha_, sheetClean_;
     double wetSamples_ = 0, samples_ = 0, confident_ = 0;
     std::map<std::string, double> seconds_;

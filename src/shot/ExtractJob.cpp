@@ -27,7 +27,10 @@ namespace {
 using nlohmann::json;
 
 constexpr double degree = std::numbers::pi / 180.0;
-constexpr double mostUntrusted = 0.35;  // of all samples: beyond it no scene stands still
+constexpr double mostUntrusted = 0.35;       // of all samples: beyond it no scene stands still
+constexpr double mostUntrustedIfLost = 0.1;  // the same where three frames could not be registered either
+constexpr double mostMotion_px = 1.0;        // of a camera that stands; registration of three frames is good to 0.3
+constexpr int judgedWidth = 400;             // [px], of the frames that this is found from, at least
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
 constexpr float addedColor = 1.5f;
 constexpr std::size_t judgedColumns = 200;  // of the frames that tell in which space the model fits
@@ -81,6 +84,23 @@ ImageF thinned(const ImageF& image)
         for (int x = 0; x < thin.width(); ++x)
             std::copy_n(image.pixel(x * step, y * step), image.channels(), thin.pixel(x, y));
     return thin;
+}
+
+/// Averaged over `step` x `step` pixels, so that it is judgedWidth wide or more.
+ImageF reduced(const ImageF& image, int& step)
+{
+    step = std::max(1, image.width() / judgedWidth);
+    ImageF small(image.width() / step, std::max(1, image.height() / step), image.channels());
+    for (int y = 0; y < small.height(); ++y)
+        for (int x = 0; x < small.width(); ++x)
+            for (int j = 0; j < small.channels(); ++j) {
+                float sum = 0.0f;
+                for (int v = 0; v < step; ++v)
+                    for (int u = 0; u < step; ++u)
+                        sum += image.at(x * step + u, std::min(image.height() - 1, y * step + v), j);
+                small.at(x, y, j) = sum / float(step * step);
+            }
+    return small;
 }
 
 struct SpaceChoice {
@@ -221,6 +241,7 @@ private:
         if (window.size() == 0)
             throw Error(ErrorCode::Input, "'{}': none of the frames {} could be read", job_.footage,
                         formatFrameRange(footage_.frames()));
+        judgeCamera(window);
         const Timer timer;
         space_ = chooseSpace(job_, footage_.info(), window);
         footage_.judgeChannels(window);
@@ -293,6 +314,16 @@ private:
         return solved;
     }
 
+    /// Where it does not rain there is nothing to solve.
+    Solved nothing(const Window& window) const
+    {
+        Solved solved;
+        solved.found.scene = delivery_.plateInModel();
+        solved.found.alphas.assign(window.size(), ImageF(footage_.info().width, footage_.info().height, 1));
+        solved.found.gains.assign(window.size() * std::size_t(footage_.channels()), 1.0);
+        return solved;
+    }
+
     /// Gives the frames back the exposure that an earlier solve took out.
     void restore(Window& window)
     {
@@ -300,6 +331,38 @@ private:
         for (std::size_t k = 0; k < window.size() && gains_.size() == window.size() * channels; ++k)
             matte::applyGain(window.frames[k], std::span(gains_).subspan(k * channels, channels));
         gains_.clear();
+    }
+
+    /// Whether the camera stands: three frames of the clip, reduced, against each other.
+    void judgeCamera(const Window& linear)
+    {
+        if (job_.stabilize || linear.size() < 3) return;
+        const Timer timer;
+        std::vector<ImageF> frames;
+        int step = 1;
+        for (const std::size_t k : {std::size_t(0), linear.size() / 2, linear.size() - 1}) {
+            frames.push_back(reduced(linear.frames[k], step));
+            toModel(frames.back(), ModelSpace::Display);
+        }
+        std::size_t lost = 0;
+        for (const matte::FrameAlignment& place : matte::alignFrames(frames, 1)) {
+            lost += !place.found;
+            if (place.found && place.inlierShare > fewestInliers)
+                cameraMotion_px_ = std::max(cameraMotion_px_, step * place.motion_px);
+        }
+        seconds_["camera"] += timer.seconds();
+        if (cameraMotion_px_ > mostMotion_px)
+            stopOrGoOn(fmt::format("the camera moves, by {:.1f} px at the corners; --stabilize registers the frames",
+                                   cameraMotion_px_));
+        isLost_ = lost > 0;
+    }
+
+    void stopOrGoOn(const std::string& problem) const
+    {
+        const std::string sentence =
+            fmt::format("'{}': no scene stands still behind the rain: {}", job_.footage, problem);
+        if (!job_.force) throw Error(ErrorCode::Input, "{} (--force goes on)", sentence);
+        log::warning("{}", sentence);
     }
 
     void judgeStillness(const Solved& solved)
@@ -321,14 +384,10 @@ private:
         else if (!solved.places.empty() && (inliers < fewestInliers || residual > mostResidual_px))
             problem = fmt::format("after registration {:.0f} % of the picture is in place, to {:.2f} px", 100 * inliers,
                                   residual);
-        else if (untrusted_ > mostUntrusted)
+        else if (untrusted_ > mostUntrusted || (isLost_ && untrusted_ > mostUntrustedIfLost))
             problem = fmt::format("{:.0f} % of the samples are of things that move{}", 100 * untrusted_,
                                   job_.stabilize ? "" : "; for a camera that shakes or pans there is --stabilize");
-        if (problem.empty()) return;
-        const std::string sentence =
-            fmt::format("'{}': no scene stands still behind the rain: {}", job_.footage, problem);
-        if (!job_.force) throw Error(ErrorCode::Input, "{} (--force goes on)", sentence);
-        log::warning("{}", sentence);
+        if (!problem.empty()) stopOrGoOn(problem);
     }
 
     /// C where the strokes do not tell: what a drop returns of the light around the plate, if that is brighter than
@@ -373,7 +432,7 @@ private:
             footage_.toModel(more, space_.space);
             window.add(std::move(more));
             if (window.size() == 0) continue;
-            Solved solved = solve(window, scene);
+            Solved solved = delivery_.rains() ? solve(window, scene) : nothing(window);
             const FrameNumber from = footage_.frames()[span.from], last = footage_.frames()[span.to - 1];
             std::size_t k0 = 0, k1 = window.size();
             while (k0 < k1 && window.numbers[k0] < from) ++k0;
@@ -413,6 +472,7 @@ private:
                   {"noise_255", 255 * e.noise.typical},
                   {"exposure_gains", {{"least", *least}, {"most", *most}}},
                   {"moving_share", untrusted_},
+                  {"camera_motion_px", cameraMotion_px_},
                   {"objective", std::move(objective)},
                   {"objective_rose", e.rose},
                   {"window", job_.window},
@@ -471,7 +531,8 @@ private:
     matte::RainDirection direction_;
     std::string colorSource_;
     const char* fallbackName_ = "assumed";
-    double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0;
+    double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0, cameraMotion_px_ = 0;
+    bool isLost_ = false;  // three frames could not be registered
     bool stopped_ = false;
     json model_, rain_, stabilized_;
     std::map<std::string, double> seconds_;
