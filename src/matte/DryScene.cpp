@@ -12,7 +12,7 @@ namespace {
 constexpr double darkLimit = 2.5, brightLimit = 2.0;  // [sigma]
 constexpr float fewestDry = 3.0f;
 constexpr int trimmings = 4;
-constexpr double mostMoving = 0.25;
+constexpr double mostMoving = 0.25, leastMoving = 0.02;  // of all samples
 constexpr std::size_t fewestForMovers = 5;
 constexpr double leastNoise = 1e-4;      // of the range
 constexpr double leastStep = 0.5 / 255;  // of the range: less is no evidence that something moves
@@ -78,6 +78,26 @@ double untrustedShare(std::span<const ImageF> trust)
     return count > 0.0 ? sum / count : 0.0;
 }
 
+/// Of the trusted samples, those that are more than four deviations darker than the scene in any channel.
+double shareBelow(std::span<const ImageF> frames, const DryScene& dry)
+{
+    const int width = dry.scene.width(), channels = dry.scene.channels();
+    std::vector<double> below(frames.size());
+    parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k)
+            for (int y = 0; y < dry.scene.height(); ++y)
+                for (int x = 0; x < width; ++x) {
+                    const float limit = 4.0f * std::max(dry.noise.at(x, y), float(leastStep * dry.range));
+                    bool isBelow = false;
+                    for (int j = 0; j < channels; ++j) isBelow |= frames[k].at(x, y, j) < dry.scene.at(x, y, j) - limit;
+                    below[k] += isBelow;
+                }
+    });
+    double sum = 0.0;
+    for (const double count : below) sum += count;
+    return sum / (double(frames.size()) * double(width) * double(dry.scene.height()));
+}
+
 /// Scene and noise from `scene`, in turn.
 void settle(std::span<const ImageF> frames, DryScene& dry)
 {
@@ -121,9 +141,11 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     dry.scene = begin;
     settle(frames, dry);
     renewTrust(frames, dry.scene, covered, dry);
-    // Nearly everything moves, unless the scene is rain after all.
-    const double moving = untrustedShare(dry.trust);
-    return moving > mostMoving && untrustedShare(darker.trust) < 0.5 * moving ? darker : dry;
+    // Nearly everything moves, or the scene is rain after all: then next to nothing is darker than the darker one.
+    if (untrustedShare(dry.trust) < mostMoving || shareBelow(frames, darker) > leastMoving) return dry;
+    darker.hasMovers = false;
+    darker.trust.assign(covered.begin(), covered.end());
+    return darker;
 }
 
 void renewTrust(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> covered, DryScene& dry)

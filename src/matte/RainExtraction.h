@@ -29,7 +29,7 @@ namespace virga::matte {
 enum class ColorSource {
     Given,
     Strokes,   // their own samples, to 0.3 of |C - S| or better
-    Added,     // the same, and surely half as bright again as the footage is: light that was added to it, as by a
+    Added,     // uncertain, but surely half as bright again as the footage is: light that was added to it, as by a
                // compositor, has no C, and one far beyond white serves
     Fallback,  // the strokes do not tell: ExtractionOptions::fallbackColor
 };

@@ -17,7 +17,7 @@ constexpr double darkLimit = 3.0, broadLimit = 6.5;  // [sigma], chosen beside t
 constexpr double staying = 0.5;                      // of its brightness, in the frames beside
 constexpr int darkReach = 1, broadReach = 2, stayReach = 2, margin = 2;
 constexpr int tile = 32;            // [px], for the search of evidence that something moves
-constexpr double outlier = 4.0;     // [sigma] below the scene: noise alone has 3e-5 of its samples there
+constexpr double outlier = 4.0;     // [sigma] above the scene, for something wide
 constexpr double evidence = 0.005;  // share of a tile's samples, over all frames
 constexpr double leastBright = 16;  // of the least noise: what something bright differs by
 constexpr int wide = 16;            // [px]
@@ -106,12 +106,21 @@ void windowMost(const ImageF& image, int reach, ImageF& to)
     }
 }
 
-/// So many samples of each tile are below the scene by more than noise is.
+VIRGA_SIMD void shortfall(const float* __restrict difference, std::size_t count, float* __restrict to)
+{
+    for (std::size_t i = 0; i < count; ++i) to[i] = difference[i] < 0.0f ? difference[i] : 0.0f;
+}
+
+/// So many samples of each tile are below the scene with all that is around them. One pixel alone that is dark says
+/// that the scene is too bright there.
 Image<int> darkSamples(const ImageF& difference, int columns, int rows, float limit)
 {
     Image<int> counts(columns, rows, 1);
+    ImageF low(difference.width(), difference.height(), 1), dark(difference.width(), difference.height(), 1);
+    shortfall(difference.data(), difference.size(), low.data());
+    windowMean(low, darkReach, dark);
     for (int y = 0; y < difference.height(); ++y) {
-        const float* row = difference.row(y);
+        const float* row = dark.row(y);
         for (int c = 0; c < columns; ++c) {
             const int right = std::min(difference.width(), (c + 1) * tile);
             int below = 0;
@@ -152,7 +161,7 @@ Image<char> tilesWithEvidence(const std::vector<ImageF>& differences, double sig
     const auto wideLimit = float(std::max(outlier * sigma, leastBright * leastNoise));
     parallelFor(0, std::ptrdiff_t(count), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
-            dark[k] = darkSamples(differences[k], columns, rows, float(outlier * sigma));
+            dark[k] = darkSamples(differences[k], columns, rows, float(darkLimit * sigma));
             bright[k] = wideSamples(differences[k], columns, rows, wideLimit);
         }
     });
@@ -191,11 +200,6 @@ void keepTiles(const Image<char>& tiles, ImageF& marks)
             const int left = c * tile, right = std::min(marks.width(), left + tile);
             if (!tiles.at(c, y / tile)) std::fill(marks.row(y) + left, marks.row(y) + right, 0.0f);
         }
-}
-
-VIRGA_SIMD void shortfall(const float* __restrict difference, std::size_t count, float* __restrict to)
-{
-    for (std::size_t i = 0; i < count; ++i) to[i] = difference[i] < 0.0f ? difference[i] : 0.0f;
 }
 
 /// 1 where something shows, 0 elsewhere. Written over `dark`.

@@ -21,14 +21,14 @@ double noiseLevel(std::span<const ImageF> frames, const ImageF& scene, double re
 ///   brighter, and stays     5 x 5 pixels' mean beyond 6.5 sigma, and half of that within 2 pixels in the frames before
 ///                           and after; rain is elsewhere by then
 ///
-/// and what is within 2 pixels of such; but only in tiles of 32 x 32 pixels, and beside them, in which more than 0.5 % of
-/// the samples are evidence that something moves: 4 sigma below the scene, where rain and noise are not, or part of
-/// something bright that is 16 x 16 pixels at least and there in the frames before and after. No such tile: no trusts at
-/// all, everything is trusted. `frames` in order, without their breathing exposure (ExposureGain.h).
+/// and what is within 2 pixels of such; but only in tiles of 32 x 32 pixels, and beside them, in which more than 0.5 %
+/// of the samples are evidence that something moves: darker than the scene, as above, or part of something 4 sigma
+/// brighter that is 16 x 16 pixels at least and there in the frames before and after. No such tile: no trusts at all,
+/// everything is trusted. `frames` in order, without their breathing exposure (ExposureGain.h).
 ///
 /// Not told apart: rain before something brighter than itself, which darkens it and is taken for a thing; dense rain
-/// that meets itself where something else moves. Not seen: bright things that are small, or in a single frame, or faster
-/// than about 6 pixels a frame.
+/// that meets itself where something else moves. Not seen: bright things that are small, or in a single frame, or
+/// faster than about 6 pixels a frame.
 ///
 ///   leastNoise  noise is not taken for less; differences up to this are left out where it is measured (NoiseMap.h)
 std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene, double leastNoise = 0.0);
