@@ -18,6 +18,7 @@
 #include "matte/AtlasSheet.h"
 #include "matte/ExposureGain.h"
 #include "matte/RainEstimate.h"
+#include "shot/EnvironmentColor.h"
 #include "shot/ExtractSheet.h"
 
 namespace virga::shot {
@@ -27,9 +28,10 @@ using nlohmann::json;
 
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t judgedFrames = 5;
-constexpr double leastContrast = 0.01;        // of a stroke's alpha, unless the noise is less
-constexpr std::size_t mostCounted = 100'000;  // strokes that the statistics are made of
-constexpr double clearly = 5.0;               // so many times more bright strokes than dark ones: codecs make both
+constexpr double leastContrast = 0.01;            // of a stroke's alpha, unless the noise is less
+constexpr std::size_t mostCounted = 100'000;      // strokes that the statistics are made of
+constexpr double leastGain = 0.1, mostGain = 10;  // of the environment, for --match
+constexpr double clearly = 5.0;                   // so many times more bright strokes than dark ones: codecs make both
 constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
 constexpr int sheetColumns = 16;
 constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
@@ -325,9 +327,10 @@ void ExtractDelivery::finish()
     if (clean_) clean_->finish();
     ImageF plate = plate_;
     fromModel(plate, space_);
-    ImageF rgb(plate.width(), plate.height(), 3);
+    linearPlate_ = ImageF(plate.width(), plate.height(), 3);
+    const ImageF& rgb = linearPlate_;
     for (std::size_t i = 0; i < rgb.size(); ++i)
-        rgb.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
+        linearPlate_.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
     io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false);
     io::writeExr(path("confidence.exr"), confidence_, {"confidence"}, true);
     if (!best_.empty()) {
@@ -375,7 +378,13 @@ void ExtractDelivery::addEstimate(json& rain, json& match) const
         rain["opacity_measured"] = e.opacityMeasured;
         rain["wind_m_s"] = e.wind_m_s;
         rain["drop_diameter_mm"] = 1e3 * e.diameter_m;
+        // Drops were found to return `color`; of the plate alone, whose sky is cut off, the renderer would make less.
+        const std::array<double, 3> light = environmentColor(linearPlate_, job_.fov_deg * degree);
+        const double gain = (double(linearColor_[0]) + linearColor_[1] + linearColor_[2]) /
+                            std::max(light[0] + light[1] + light[2], 1e-9);
         match = {{"rate", e.rate_mm_h},
+                 {"env-gain", std::clamp(gain, leastGain, mostGain)},
+                 {"fog-color", {light[0], light[1], light[2]}},
                  {"exposure", job_.exposure_s.value_or(e.exposure_s)},
                  {"opacity", e.opacity},
                  {"wind", {e.wind_m_s, 0.0}}};

@@ -72,8 +72,9 @@ private:
     bool rains_ = true;
     int brightStrokes_ = 0, darkStrokes_ = 0;
     double brightMass_ = 0, darkMass_ = 0;
-    ImageF plate_;       // in the values of the model
-    ImageF confidence_;  // of the survey
+    ImageF plate_;        // in the values of the model
+    ImageF linearPlate_;  // RGB, once it is written
+    ImageF confidence_;   // of the survey
     std::vector<FrameNumber> delivered_;
     std::vector<matte::RainStroke> strokes_;  // of the frames whose strokes are counted
     std::size_t countedFrames_ = 0;
