@@ -20,7 +20,6 @@ constexpr double costOfNothing = 0.3;  // of alpha in a stroke, as a threshold [
 constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
 constexpr double surely = 1.0;         // standard error
-constexpr double verySure = 0.1;       // of |C - S|: a C that is found so well is there, however bright
 constexpr double brightestReal = 1.5;  // of the range, for what a drop may return
 constexpr std::size_t risesStride = 3;
 constexpr double leastSure = 0.3;     // of |C - S|: the largest error of a C that is used
@@ -140,9 +139,8 @@ ColorSource sourceOf(const RainColor& found, const ImageF& scene, double range)
     if (!found.found) return ColorSource::Fallback;
     const double color = meanOf(std::span(found.color).first(std::size_t(scene.channels())));
     const double gap = std::abs(color - meanOf(scene.values()));
-    if (found.error <= verySure * gap && color > 0.0) return ColorSource::Strokes;
-    if (color - surely * found.error > brightestReal * range) return ColorSource::Added;
-    return found.error <= leastSure * gap && color > 0.0 ? ColorSource::Strokes : ColorSource::Fallback;
+    if (found.error <= leastSure * gap && color > 0.0) return ColorSource::Strokes;
+    return color - surely * found.error > brightestReal * range ? ColorSource::Added : ColorSource::Fallback;
 }
 
 std::array<float, 3> capped(std::array<float, 3> color, double most)

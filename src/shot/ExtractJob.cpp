@@ -32,8 +32,8 @@ constexpr double mostUntrustedIfLost = 0.1;  // the same where three frames coul
 constexpr double mostMotion_px = 1.0;        // of a camera that stands; registration of three frames is good to 0.3
 constexpr int judgedWidth = 400;             // [px], of the frames that this is found from, at least
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
-constexpr float addedColor = 1.5f;
-constexpr std::size_t judgedColumns = 200;  // of the frames that tell in which space the model fits
+constexpr float addedColor = 1.5f, mostReal = 3.0f;  // of the brightest of the footage
+constexpr std::size_t judgedColumns = 200;           // of the frames that tell in which space the model fits
 
 matte::ExtractionOptions matteOptions(const ExtractJobOptions& job)
 {
@@ -184,15 +184,17 @@ std::array<float, 3> toModelColor(const std::array<double, 3>& color, ModelSpace
     return {one.data()[0], one.data()[1], one.data()[2]};
 }
 
-/// Light that was added has no C; half as bright again as the brightest of the footage serves its mattes.
+/// The C that mattes are made for. Light that was added has none, and one far beyond white would make them next to
+/// nothing: half as bright again as the brightest of the footage serves.
 std::array<float, 3> shownColor(const matte::Extraction& found)
 {
     std::array<float, 3> color = found.color;
-    if (found.colorSource != matte::ColorSource::Added) return color;
     const auto values = found.scene.values();
-    const float most = addedColor * *std::max_element(values.begin(), values.end());
+    const float white = *std::max_element(values.begin(), values.end());
     const float brightest = *std::max_element(color.begin(), color.end());
-    for (float& value : color) value *= std::min(1.0f, most / brightest);
+    const bool isFound = found.colorSource == matte::ColorSource::Given || brightest < mostReal * white;
+    if (isFound && found.colorSource != matte::ColorSource::Added) return color;
+    for (float& value : color) value *= std::min(1.0f, addedColor * white / brightest);
     return color;
 }
 
