@@ -1,8 +1,11 @@
 #include "matte/DryScene.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/Parallel.h"
+#include "core/Simd.h"
+#include "matte/PixelRows.h"
 #include "matte/SceneTrust.h"
 #include "matte/TemporalMedian.h"
 
@@ -28,15 +31,31 @@ double rangeOf(const ImageF& scene)
     return *at > 0.0f ? double(*at) : 1.0;
 }
 
-/// Adds what lies within the limits.
-void addWithin(const float* values, const float* low, const float* high, const float* trusted, float* sum,
-               float* weight, std::size_t count)
+VIRGA_SIMD void setLimits(const float* __restrict row, const float* __restrict sigma, std::size_t count,
+                          float* __restrict low, float* __restrict high)
 {
     for (std::size_t n = 0; n < count; ++n) {
-        const float w = values[n] > low[n] && values[n] < high[n] ? trusted[n] : 0.0f;
+        low[n] = row[n] - float(darkLimit) * sigma[n];
+        high[n] = row[n] + float(brightLimit) * sigma[n];
+    }
+}
+
+/// Adds what lies within the limits.
+VIRGA_SIMD void addWithin(const float* __restrict values, const float* __restrict low, const float* __restrict high,
+                          const float* __restrict trusted, float* __restrict sum, float* __restrict weight,
+                          std::size_t count)
+{
+    for (std::size_t n = 0; n < count; ++n) {
+        const float w = (values[n] > low[n]) & (values[n] < high[n]) ? trusted[n] : 0.0f;
         sum[n] += w * values[n];
         weight[n] += w;
     }
+}
+
+VIRGA_SIMD void setMeans(const float* __restrict sum, const float* __restrict weight, std::size_t count,
+                         float* __restrict row)
+{
+    for (std::size_t n = 0; n < count; ++n) row[n] = weight[n] >= fewestDry ? sum[n] / weight[n] : row[n];
 }
 
 /// The scene as the mean of what is dry, where there are three such values at least.
@@ -44,38 +63,42 @@ void addWithin(const float* values, const float* low, const float* high, const f
 void trimScene(std::span<const ImageF> frames, std::span<const ImageF> trust, const NoiseMap& noise, double least,
                ImageF& scene)
 {
-    const int channels = scene.channels();
-    const auto count = std::size_t(scene.width()) * std::size_t(channels);
+    const int width = scene.width(), channels = scene.channels();
+    const auto count = std::size_t(width) * std::size_t(channels);
     parallelFor(0, scene.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        std::vector<float> sum(count), weight(count), low(count), high(count), trusted(count, 1.0f);
+        std::vector<float> sum(count), weight(count), low(count), high(count), sigmas(count), trusted(count, 1.0f);
+        std::vector<float> sigma(static_cast<std::size_t>(width));
         for (int y = int(first); y < int(last); ++y) {
             float* row = scene.row(y);
-            for (std::size_t n = 0; n < count; ++n) {
-                const float sigma = std::max(noise.at(int(n) / channels, y), float(least));
-                low[n] = row[n] - float(darkLimit) * sigma;
-                high[n] = row[n] + float(brightLimit) * sigma;
-            }
+            for (int x = 0; x < width; x += NoiseMap::block)
+                std::fill(sigma.begin() + x, sigma.begin() + std::min(x + NoiseMap::block, width),
+                          std::max(noise.at(x, y), float(least)));
+            repeatRow(sigma.data(), width, channels, sigmas.data());
+            setLimits(row, sigmas.data(), count, low.data(), high.data());
             std::fill(sum.begin(), sum.end(), 0.0f);
             std::fill(weight.begin(), weight.end(), 0.0f);
             for (std::size_t k = 0; k < frames.size(); ++k) {
-                if (!trust.empty())
-                    for (std::size_t n = 0; n < count; ++n) trusted[n] = trust[k].at(int(n) / channels, y);
+                if (!trust.empty()) repeatRow(trust[k].row(y), width, channels, trusted.data());
                 addWithin(frames[k].row(y), low.data(), high.data(), trusted.data(), sum.data(), weight.data(), count);
             }
-            for (std::size_t n = 0; n < count; ++n)
-                if (weight[n] >= fewestDry) row[n] = sum[n] / weight[n];
+            setMeans(sum.data(), weight.data(), count, row);
         }
     });
 }
 
 double untrustedShare(std::span<const ImageF> trust)
 {
-    double sum = 0.0, count = 0.0;
-    for (const ImageF& image : trust) {
-        for (const float value : image.values()) sum += 1.0 - value;
-        count += double(image.size());
-    }
-    return count > 0.0 ? sum / count : 0.0;
+    std::vector<double> sums(trust.size(), 0.0);
+    parallelFor(0, std::ptrdiff_t(trust.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k)
+            for (int y = 0; y < trust[k].height(); ++y) {
+                float row = 0.0f;
+                for (int x = 0; x < trust[k].width(); ++x) row += 1.0f - trust[k].row(y)[x];
+                sums[k] += row;
+            }
+    });
+    const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
+    return trust.empty() ? 0.0 : sum / (double(trust.size()) * double(trust[0].size()));
 }
 
 /// Of the trusted samples, those that are more than four deviations darker than the scene in any channel.
@@ -101,11 +124,14 @@ double shareBelow(std::span<const ImageF> frames, const DryScene& dry)
 /// Scene and noise from `scene`, in turn.
 void settle(std::span<const ImageF> frames, DryScene& dry)
 {
-    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range);
+    const auto measure = [&](NoiseSamples samples) {
+        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range, samples);
+    };
     for (int pass = 0; pass < trimmings; ++pass) {
+        measure(NoiseSamples::Few);
         trimScene(frames, dry.trust, dry.noise, 0.0, dry.scene);
-        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range);
     }
+    measure(NoiseSamples::Many);
 }
 
 }  // namespace

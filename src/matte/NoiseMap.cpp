@@ -10,8 +10,10 @@ namespace virga::matte {
 namespace {
 
 constexpr std::size_t fewestSamples = 64;
-constexpr double leastShare = 0.25;                   // of the typical block's
-constexpr std::size_t frameStep = 2, columnStep = 2;  // samples enough
+constexpr double leastShare = 0.25;  // of the typical block's
+constexpr int columnStep = 2;
+constexpr std::size_t manyFrames = 12;
+constexpr double settled = 1e-7;  // of a deviation
 
 /// The x beyond which a share 1 - p of |x| lies, x normal with deviation 1: Newton's method on erf, from its tail.
 double halfNormalQuantile(double p)
@@ -19,9 +21,28 @@ double halfNormalQuantile(double p)
     double x = std::clamp(p, 0.0, 0.999);
     for (int step = 0; step < 20; ++step) {
         const double density = std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * x * x);
+        const double last = x;
         x = std::clamp(x - (std::erf(x / std::numbers::sqrt2) - p) / density, 0.0, 6.0);
+        if (std::abs(x - last) <= settled * x) break;
     }
     return x;
+}
+
+/// Adds those of a row's depths below the scene that are more than `least`; the first free place in `to` after them,
+/// which needs room for all.
+template <int channels>
+float* addDepths(const float* frame, const float* scene, const float* trust, int first, int last, float least,
+                 float* to)
+{
+    for (int x = first; x < last; x += columnStep) {
+        const bool isTrusted = trust == nullptr || !(trust[x] < 0.5f);
+        for (int j = 0; j < channels; ++j) {
+            const float depth = scene[x * channels + j] - frame[x * channels + j];
+            *to = depth;
+            to += (depth > least) & isTrusted;
+        }
+    }
+    return to;
 }
 
 }  // namespace
@@ -36,14 +57,15 @@ double darkDeviation(std::vector<float>& depths, double repeated)
     // The median of a normal whose values under `repeated` are missing is that of a higher quantile.
     double sigma = *middle / 0.6745;
     for (int step = 0; step < 8; ++step) {
-        const double missing = std::erf(repeated / (sigma * std::numbers::sqrt2));
+        const double last = sigma, missing = std::erf(repeated / (sigma * std::numbers::sqrt2));
         sigma = *middle / halfNormalQuantile(0.5 * (1.0 + std::min(missing, 0.9)));
+        if (std::abs(sigma - last) <= settled * sigma) break;
     }
     return sigma;
 }
 
 NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least,
-                  double repeated)
+                  double repeated, NoiseSamples samples)
 {
     const int width = scene.width(), height = scene.height(), channels = scene.channels();
     const int columns = (width + NoiseMap::block - 1) / NoiseMap::block;
@@ -52,20 +74,22 @@ NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust,
     map.sigma = ImageF(columns, rows, 1);
     // The scene was made of these frames and lies nearer to them than the truth does.
     const float bessel = frames.size() > 1 ? std::sqrt(float(frames.size()) / float(frames.size() - 1)) : 1.0f;
+    const std::size_t count = frames.size();
+    const std::size_t step = count <= 4 ? 1 : samples == NoiseSamples::Few && count >= manyFrames ? 4 : 2;
+    const auto add = channels == 3 ? &addDepths<3> : &addDepths<1>;
     parallelFor(0, rows, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         std::vector<float> depths;
+        const auto most = (count / step + 1) * NoiseMap::block * NoiseMap::block * std::size_t(channels);
         for (int row = int(first); row < int(last); ++row)
             for (int b = 0; b < columns; ++b) {
-                depths.clear();
-                for (std::size_t k = 0; k<frames.size(); k += frames.size()> 4 ? frameStep : 1)
+                depths.resize(most);
+                float* end = depths.data();
+                for (std::size_t k = 0; k < count; k += step)
                     for (int y = row * NoiseMap::block; y < std::min(height, (row + 1) * NoiseMap::block); ++y)
-                        for (int x = b * NoiseMap::block + y % columnStep;
-                             x < std::min(width, (b + 1) * NoiseMap::block); x += columnStep) {
-                            if (!trust.empty() && trust[k].at(x, y) < 0.5f) continue;
-                            for (int j = 0; j < channels; ++j)
-                                if (const float depth = scene.at(x, y, j) - frames[k].at(x, y, j); depth > 0.0f)
-                                    depths.push_back(depth);
-                        }
+                        end = add(frames[k].row(y), scene.row(y), trust.empty() ? nullptr : trust[k].row(y),
+                                  b * NoiseMap::block + y % columnStep, std::min(width, (b + 1) * NoiseMap::block),
+                                  float(repeated), end);
+                depths.resize(std::size_t(end - depths.data()));
                 map.sigma.at(b, row) = bessel * float(darkDeviation(depths, repeated));
             }
     });

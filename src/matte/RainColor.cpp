@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "core/Parallel.h"
+#include "core/Simd.h"
+#include "matte/PixelRows.h"
 
 namespace virga::matte {
 namespace {
@@ -14,28 +16,60 @@ constexpr double wetLimit = 6.0;      // [sigma of the channels' mean] for the s
 constexpr double strongLimit = 12.0;  // for a sample whose colour is asked
 constexpr double dryLimit = 2.0;      // of the channels' mean, for a sample that says what is behind
 constexpr int fewestStrong = 200;
+constexpr float leastTrust = 0.5f;
+constexpr std::size_t enoughPixels = 2'500'000, fewestFrames = 6;  // that pairs are looked for in
 constexpr int firstLag = 2, lags = 2;  // steps along the rain from one of a pair to the other
-constexpr int selections = 3;          // of the pairs, each with the C that the last one gave
 constexpr double leastContrast = 0.1;  // of the typical |C - S|, where the limit for wet samples ends to fall
 constexpr int rounds = 3;              // of weighing the channels by how sure they are
 
 using Channels = std::array<double, 3>;
 
+/// Adds the values that are dry, `mask` 1 or 0.
+VIRGA_SIMD void addMasked(const float* __restrict values, const float* __restrict mask, int count, float* __restrict to)
+{
+    for (int i = 0; i < count; ++i) to[i] += mask[i] * values[i];
+}
+
+VIRGA_SIMD void markDry(const float* __restrict mean, const float* __restrict trusted, float limit, int count,
+                        float* __restrict to)
+{
+    for (int i = 0; i < count; ++i) to[i] = (std::abs(mean[i]) <= limit) & (trusted[i] > leastTrust) ? 1.0f : 0.0f;
+}
+
+VIRGA_SIMD void markWet(const float* __restrict mean, const float* __restrict trusted, const float* __restrict limits,
+                        int count, char* __restrict to)
+{
+    for (int i = 0; i < count; ++i) to[i] = char((std::abs(mean[i]) > limits[i]) & (trusted[i] > leastTrust));
+}
+
 /// The scene as the dry samples of all other frames have it. A scene that knows a frame's own rain is a little brighter
-/// where that is, which looks like rain that does less over bright ground, and so like a brighter C.
+/// where that is, which looks like rain that does less over bright ground, and so like a brighter C. Its frames, from 0
+/// on, are some of the footage's, evenly spread.
 class Residual {
 public:
     Residual(const Footage& footage, const ImageF& scene, double sigma)
         : width(scene.width()), height(scene.height()), channels(scene.channels()), footage_(footage), scene_(scene),
           sums_(width, height, channels), counts_(width, height, 1), limit_(float(dryLimit * sigma))
     {
+        const std::size_t all = footage.frames.size(), pixels = counts_.size();
+        const std::size_t count = std::min(all, std::max(fewestFrames, enoughPixels / pixels));
+        for (std::size_t n = 0; n < count; ++n) {
+            which_.push_back((2 * n + 1) * all / (2 * count));
+            means_.emplace_back(width, height, 1);
+        }
         parallelFor(0, height, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            const std::size_t begin = std::size_t(first) * std::size_t(width);
-            for (std::size_t k = 0; k < footage.frames.size(); ++k)
-                for (std::size_t i = begin; i < std::size_t(last) * std::size_t(width); ++i) {
-                    if (!isDry(k, i)) continue;
-                    for (int j = 0; j < channels; ++j) sums_.data()[n(i, j)] += footage.frames[k].data()[n(i, j)];
-                    counts_.data()[i] += 1.0f;
+            const std::vector<float> ones(std::size_t(width), 1.0f);
+            std::vector<float> mean(ones), dry(ones), dryValues(std::size_t(width * channels));
+            for (int y = int(first); y < int(last); ++y)
+                for (std::size_t k = 0, n = 0; k < all; ++k) {
+                    const bool isOurs = n < count && which_[n] == k;
+                    float* means = isOurs ? means_[n++].row(y) : mean.data();
+                    meanDifference(footage.frames[k].row(y), scene.row(y), channels, std::size_t(width), means);
+                    markDry(means, footage.trust.empty() ? ones.data() : footage.trust[k].row(y), limit_, width,
+                            dry.data());
+                    repeatRow(dry.data(), width, channels, dryValues.data());
+                    addMasked(footage.frames[k].row(y), dryValues.data(), width * channels, sums_.row(y));
+                    addMasked(ones.data(), dry.data(), width, counts_.row(y));
                 }
         });
     }
@@ -43,35 +77,46 @@ public:
     const int width, height, channels;
 
     /// Of so many frames is the scene here the mean.
-    double samples(std::size_t k, std::size_t i) const { return counts_.data()[i] - (isDry(k, i) ? 1.0f : 0.0f); }
-    double surface(std::size_t k, std::size_t i, int j) const
+    double samples(std::size_t n, std::size_t i) const { return counts_.data()[i] - (isDry(n, i) ? 1.0f : 0.0f); }
+    double surface(std::size_t n, std::size_t i, int j) const
     {
-        const bool isIn = isDry(k, i);
+        const bool isIn = isDry(n, i);
         const double count = counts_.data()[i] - (isIn ? 1.0f : 0.0f);
-        if (count < 1.0) return scene_.data()[n(i, j)];
-        return (double(sums_.data()[n(i, j)]) - (isIn ? double(footage_.frames[k].data()[n(i, j)]) : 0.0)) / count;
+        if (count < 1.0) return scene_.data()[at(i, j)];
+        return (double(sums_.data()[at(i, j)]) - (isIn ? value(n, i, j) : 0.0)) / count;
     }
-    double at(std::size_t k, std::size_t i, int j) const
-    {
-        return double(footage_.frames[k].data()[n(i, j)]) - surface(k, i, j);
-    }
+    double off(std::size_t n, std::size_t i, int j) const { return value(n, i, j) - surface(n, i, j); }
     /// Of the channels; against the scene as it was solved.
-    double mean(std::size_t k, std::size_t i) const
+    const ImageF& mean(std::size_t n) const { return means_[n]; }
+    /// Where it is trusted and beyond `limits`.
+    Image<char> wet(std::size_t n, const ImageF& limits) const
     {
-        double sum = 0.0;
-        for (int j = 0; j < channels; ++j) sum += double(footage_.frames[k].data()[n(i, j)]) - scene_.data()[n(i, j)];
-        return sum / channels;
+        Image<char> wet(width, height, 1);
+        const std::vector<float> ones(std::size_t(width), 1.0f);
+        for (int y = 0; y < height; ++y)
+            markWet(means_[n].row(y), footage_.trust.empty() ? ones.data() : footage_.trust[which_[n]].row(y),
+                    limits.row(y), width, wet.row(y));
+        return wet;
     }
-    bool isTrusted(std::size_t k, std::size_t i) const { return footage_.trusted(k, i) > 0.5; }
-    std::size_t frames() const { return footage_.frames.size(); }
+    bool isTrusted(std::size_t n, std::size_t i) const { return footage_.trusted(which_[n], i) > leastTrust; }
+    std::size_t frames() const { return which_.size(); }
 
 private:
-    std::size_t n(std::size_t i, int j) const { return i * std::size_t(channels) + std::size_t(j); }
-    bool isDry(std::size_t k, std::size_t i) const { return isTrusted(k, i) && std::abs(mean(k, i)) <= limit_; }
+    std::size_t at(std::size_t i, int j) const { return i * std::size_t(channels) + std::size_t(j); }
+    double value(std::size_t n, std::size_t i, int j) const
+    {
+        return double(footage_.frames[which_[n]].data()[at(i, j)]);
+    }
+    bool isDry(std::size_t n, std::size_t i) const
+    {
+        return isTrusted(n, i) && std::abs(means_[n].data()[i]) <= limit_;
+    }
 
     const Footage& footage_;
     const ImageF& scene_;
     ImageF sums_, counts_;
+    std::vector<std::size_t> which_;
+    std::vector<ImageF> means_;
     float limit_;
 };
 
@@ -87,12 +132,12 @@ ChannelLinks linkChannels(const Residual& residual, double limit)
     double meanSum = 0.0;
     for (std::size_t k = 0; k < residual.frames(); ++k)
         for (std::size_t i = 0; i < std::size_t(residual.width) * std::size_t(residual.height); ++i) {
-            const double mean = residual.mean(k, i);
+            const double mean = residual.mean(k).data()[i];
             if (std::abs(mean) <= limit || !residual.isTrusted(k, i)) continue;
             double surfaceMean = 0.0;
             for (int j = 0; j < residual.channels; ++j) surfaceMean += residual.surface(k, i, j) / residual.channels;
             for (int j = 0; j < residual.channels; ++j) {
-                const double r = residual.at(k, i, j);
+                const double r = residual.off(k, i, j);
                 links.slope[std::size_t(j)] += r;
                 links.offset[std::size_t(j)] += mean * residual.surface(k, i, j) - r * surfaceMean;
             }
@@ -115,25 +160,27 @@ struct Moments {
 /// How far the channels' mean has to be from the scene for a sample to be wet. In units of alpha it is the same
 /// everywhere: a limit in units of light would ask for more alpha over bright ground, and alpha would then seem to grow
 /// with the scene.
-ImageF wetLimits(const ImageF& scene, double wet, double color)
+/// ground  the mean of the scene's channels
+ImageF wetLimits(const ImageF& ground, double wet, double color)
 {
-    const auto channels = std::size_t(scene.channels());
-    ImageF limits(scene.width(), scene.height(), 1);
+    ImageF limits(ground.width(), ground.height(), 1);
     double typical = 0.0;
-    for (std::size_t i = 0; i < limits.size(); ++i) {
-        double mean = 0.0;
-        for (std::size_t j = 0; j < channels; ++j) mean += scene.data()[i * channels + j] / double(channels);
-        limits.data()[i] = float(std::abs(color - mean));
-        typical += std::abs(color - mean) / double(limits.size());
-    }
-    const double least = leastContrast * typical;
-    for (float& limit : limits.values()) limit = float(wet * std::max(double(limit), least) / std::max(typical, 1e-30));
+    for (const float mean : ground.values()) typical += std::abs(color - mean);
+    typical /= double(ground.size());
+    const auto least = float(leastContrast * typical), scale = float(wet / std::max(typical, 1e-30));
+    for (std::size_t i = 0; i < limits.size(); ++i)
+        limits.data()[i] = scale * std::max(std::abs(float(color) - ground.data()[i]), least);
     return limits;
+}
+
+VIRGA_SIMD void keepBoth(const char* __restrict other, int count, char* __restrict marks)
+{
+    for (int i = 0; i < count; ++i) marks[i] &= other[i];
 }
 
 /// Of the pairs of pixels `lag` steps apart along the rain that lie within a stroke: wet between and a step beyond
 /// either. What decides is not the pair itself, whose noise would then have a say in which pairs there are.
-void addPairs(const Residual& residual, const ImageF& limits, std::size_t k, double slant, int lag, double variance,
+void addPairs(const Residual& residual, const Image<char>& wet, std::size_t k, double slant, int lag, double variance,
               std::vector<Moments>& to)
 {
     // A pixel further along the steeper axis with each step, so that no two of them are the same.
@@ -151,28 +198,28 @@ void addPairs(const Residual& residual, const ImageF& limits, std::size_t k, dou
     const int left = std::max({0, -bx, -ax}), right = width + std::min({0, -bx, -ax});
     const int top = std::max({0, -by, -ay}), bottom = height + std::min({0, -by, -ay});
     const auto index = [&](int x, int y) { return std::size_t(y) * std::size_t(width) + std::size_t(x); };
-    Image<char> wet(width, height, 1);
-    for (std::size_t i = 0; i < wet.size(); ++i)
-        wet.data()[i] = std::abs(residual.mean(k, i)) > limits.data()[i] && residual.isTrusted(k, i);
-    for (int x = left; x < right; ++x) {
-        Moments sums;
-        for (int y = top; y < bottom; ++y) {
-            if (!std::all_of(around.begin(), around.end(), [&](const auto& d) { return wet.at(x + d[0], y + d[1]); }))
-                continue;
+    const std::size_t begin = to.size();
+    to.resize(begin + std::size_t(width));
+    std::vector<char> within(std::size_t(std::max(right - left, 0)));
+    for (int y = top; y < bottom && left < right; ++y) {
+        std::fill(within.begin(), within.end(), char(1));
+        for (const auto& [dx, dy] : around) keepBoth(wet.row(y + dy) + left + dx, right - left, within.data());
+        for (int x = left; x < right; ++x) {
+            if (!within[std::size_t(x - left)]) continue;
             const std::size_t p = index(x, y), q = index(x + ox, y + oy);
             if (!residual.isTrusted(k, p) || !residual.isTrusted(k, q)) continue;
             // What the scene's own noise, of variance v, adds to the two products.
             const double v =
                 variance * 0.5 *
                 (1.0 / std::max(residual.samples(k, p), 1.0) + 1.0 / std::max(residual.samples(k, q), 1.0));
+            Moments& sums = to[begin + std::size_t(x)];
             for (std::size_t j = 0; j < std::size_t(residual.channels); ++j) {
-                const double rp = residual.at(k, p, int(j)), rq = residual.at(k, q, int(j));
+                const double rp = residual.off(k, p, int(j)), rq = residual.off(k, q, int(j));
                 const double sp = residual.surface(k, p, int(j)), sq = residual.surface(k, q, int(j));
                 sums.numerator[j] += (rp * sq - rq * sp) * (sp - sq) + v * (sp + sq + rp + rq);
                 sums.denominator[j] += (rp - rq) * (sp - sq) + 2.0 * v;
             }
         }
-        to.push_back(sums);
     }
 }
 
@@ -209,7 +256,8 @@ bool colorFrom(std::span<const Moments> columns, const ChannelLinks& links, int 
 
 }  // namespace
 
-RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess)
+RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess,
+                    int selections)
 {
     RainColor result;
     const double meanSigma = std::max(sigma, 1e-6) / std::sqrt(double(scene.channels()));
@@ -217,14 +265,19 @@ RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, d
     const ChannelLinks links = linkChannels(residual, strongLimit * meanSigma);
     if (links.samples < fewestStrong) return result;
 
+    ImageF ground(scene.width(), scene.height(), 1);
+    meanDifference(scene.data(), ImageF(scene.width(), scene.height(), scene.channels()).data(), scene.channels(),
+                   ground.size(), ground.data());
     double mean = guess, error = 0.0;
     for (int selection = 0; selection < selections; ++selection) {
-        const ImageF limits = wetLimits(scene, wetLimit * meanSigma, mean);
+        const ImageF limits = wetLimits(ground, wetLimit * meanSigma, mean);
         std::vector<std::vector<Moments>> columns(residual.frames());
         parallelFor(0, std::ptrdiff_t(columns.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (auto k = std::size_t(first); k < std::size_t(last); ++k)
+            for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+                const Image<char> wet = residual.wet(k, limits);
                 for (int lag = firstLag; lag < firstLag + lags; ++lag)
-                    addPairs(residual, limits, k, slant, lag, sigma * sigma, columns[k]);
+                    addPairs(residual, wet, k, slant, lag, sigma * sigma, columns[k]);
+            }
         });
         std::vector<Moments> all;
         for (const auto& some : columns) all.insert(all.end(), some.begin(), some.end());

@@ -22,7 +22,15 @@ struct RainColor {
 /// Solved in turn with the scene: within 0.035 on 20 frames of 96 x 96 with a noise of 2/255 and a C of 0.8
 /// (tests/extract). Most of that is the scene's own bias, which `error` knows nothing of. On rain that was added to
 /// footage, which has no C, the result lies beyond white: ask that and `error` before it is used.
-/// scene  S, solved; sigma  noise of a value; slant  as in RainTerms
-RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess = 1.0);
+/// Pairs are looked for in so many frames as have 2.5 million pixels, at least 6, evenly spread; the scene that they
+/// are held against is the mean of what is dry in all.
+///
+///   scene       S, solved
+///   slant       as in RainTerms
+///   sigma       noise of a value
+///   guess       of C's channels' mean
+///   selections  of the pairs, each with the C that the last one gave, >= 1: one is enough where the guess is near
+RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess = 1.0,
+                    int selections = 3);
 
 }  // namespace virga::matte

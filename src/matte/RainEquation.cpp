@@ -10,6 +10,7 @@
 
 #include "core/Parallel.h"
 #include "core/Simd.h"
+#include "matte/PixelRows.h"
 
 namespace virga::matte {
 namespace {
@@ -61,21 +62,6 @@ std::array<double, count> sumOverRows(std::ptrdiff_t rows, const Body& body)
 }
 
 // What is one number a pixel, alpha or a trust, is first written once for each channel, so that loops run over values.
-VIRGA_SIMD void repeat(const float* __restrict row, int width, int channels, float* __restrict to)
-{
-    if (channels == 1) {
-        std::copy_n(row, width, to);
-        return;
-    }
-    int x = 0;
-    for (; x + 8 <= width; x += 8) {
-        const PackOf<float>::Type eight = PackOf<float>::at(row + x);
-        PackOf<float>::at(to + 3 * x) = __builtin_shufflevector(eight, eight, 0, 0, 0, 1, 1, 1, 2, 2);
-        PackOf<float>::at(to + 3 * x + 8) = __builtin_shufflevector(eight, eight, 2, 3, 3, 3, 4, 4, 4, 5);
-        PackOf<float>::at(to + 3 * x + 16) = __builtin_shufflevector(eight, eight, 5, 5, 6, 6, 6, 7, 7, 7);
-    }
-    for (; x < width; ++x) to[3 * x] = to[3 * x + 1] = to[3 * x + 2] = row[x];
-}
 
 /// Rows of one frame after another, repeated for each channel; without a trust a row of ones.
 struct FrameRows {
@@ -89,8 +75,8 @@ struct FrameRows {
 
     void read(std::size_t k, const ImageF& alphaOf, int y)
     {
-        repeat(alphaOf.row(y), width_, channels_, alpha.data());
-        if (!footage_.trust.empty()) repeat(footage_.trust[k].row(y), width_, channels_, trust.data());
+        repeatRow(alphaOf.row(y), width_, channels_, alpha.data());
+        if (!footage_.trust.empty()) repeatRow(footage_.trust[k].row(y), width_, channels_, trust.data());
     }
 
     std::vector<float> color, alpha, trust;

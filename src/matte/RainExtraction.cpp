@@ -4,9 +4,11 @@
 #include <cmath>
 
 #include "core/Parallel.h"
+#include "core/Simd.h"
 #include "matte/Alternation.h"
 #include "matte/DryScene.h"
 #include "matte/ExposureGain.h"
+#include "matte/PixelRows.h"
 #include "matte/RainColor.h"
 
 namespace virga::matte {
@@ -19,8 +21,10 @@ constexpr double mostLambda = 0.2;
 constexpr double costOfNothing = 0.3;  // of alpha in a stroke, as a threshold [sigma]
 constexpr double costOfSpecks = 4.0;   // so many times more where nothing along the rain speaks for a stroke
 constexpr int alongReach = 4;          // [px], to each side: what speaks for a stroke
+constexpr int firstSelections = 3;     // of pairs for C, before one is known
 constexpr double surely = 1.0;         // standard error
 constexpr double brightestReal = 1.5;  // of the range, for what a drop may return
+constexpr double directionLimit = 2.0, wetLimit = 4.0;  // [sigma] above the scene
 constexpr std::size_t risesStride = 3;
 constexpr double leastSure = 0.3;     // of |C - S|: the largest error of a C that is used
 constexpr double brightestColor = 8;  // of the range, for light that was added
@@ -31,36 +35,42 @@ constexpr double leastStep = 0.5 / 255;  // of the range: rises that are less sa
 constexpr int stepsARound = 2;
 constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
 
-/// How far the frames rise above the scene, the mean of the channels, beyond `limit` times the noise.
+VIRGA_SIMD void keepAbove(float* __restrict rises, const float* __restrict trusted, float limit, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        const float rise = rises[i] - limit;
+        rises[i] = rise > 0.0f ? rise * trusted[i] : 0.0f;
+    }
+}
+
+/// How far the frames rise above the scene, the mean of the channels, beyond `limit`.
 std::vector<ImageF> risesAbove(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene,
                                double limit)
 {
-    const int channels = scene.channels();
+    const int width = scene.width();
+    const std::vector<float> ones(std::size_t(width), 1.0f);
     std::vector<ImageF> rises(frames.size());
     parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
-            rises[k] = ImageF(scene.width(), scene.height(), 1);
-            for (std::size_t i = 0; i < rises[k].size(); ++i) {
-                float sum = 0.0f;
-                for (int j = 0; j < channels; ++j)
-                    sum += frames[k].data()[i * std::size_t(channels) + std::size_t(j)] -
-                           scene.data()[i * std::size_t(channels) + std::size_t(j)];
-                const float rise = std::max(sum / float(channels) - float(limit), 0.0f);
-                rises[k].data()[i] = trust.empty() ? rise : rise * trust[k].data()[i];
+            rises[k] = ImageF(width, scene.height(), 1);
+            for (int y = 0; y < scene.height(); ++y) {
+                float* row = rises[k].row(y);
+                meanDifference(frames[k].row(y), scene.row(y), scene.channels(), std::size_t(width), row);
+                keepAbove(row, trust.empty() ? ones.data() : trust[k].row(y), float(limit), width);
             }
         }
     });
     return rises;
 }
 
-/// The 95th percentile of the scene's brightness where `rises` are.
-double brightestUnder(std::span<const ImageF> rises, const ImageF& scene)
+/// The 95th percentile of the scene's brightness where `rises` are beyond `limit`.
+double brightestUnder(std::span<const ImageF> rises, double limit, const ImageF& scene)
 {
     const auto channels = std::size_t(scene.channels());
     std::vector<float> under;
     for (const ImageF& rise : rises)
         for (std::size_t i = 0; i < rise.size(); i += risesStride) {
-            if (!(rise.data()[i] > 0.0f)) continue;
+            if (!(rise.data()[i] > float(limit))) continue;
             float sum = 0.0f;
             for (std::size_t j = 0; j < channels; ++j) sum += scene.data()[i * channels + j];
             under.push_back(sum / float(channels));
@@ -71,57 +81,76 @@ double brightestUnder(std::span<const ImageF> rises, const ImageF& scene)
     return *at;
 }
 
+template <int channels>
+VIRGA_INLINE void contrastAny(const float* __restrict scene, const float* __restrict color, std::size_t count,
+                              float* __restrict to)
+{
+    for (std::size_t i = 0; i < count; ++i) {
+        float square = 0.0f;
+        for (std::size_t j = 0; j < channels; ++j) {
+            const float gap = color[j] - scene[i * channels + j];
+            square += gap * gap;
+        }
+        to[i] = std::sqrt(square);
+    }
+}
+VIRGA_SIMD void contrastRow(const float* scene, const float* color, int channels, std::size_t count, float* to)
+{
+    if (channels == 3)
+        contrastAny<3>(scene, color, count, to);
+    else
+        contrastAny<1>(scene, color, count, to);
+}
+
 /// |C - S|, what an alpha of 1 would change.
 ImageF contrastOf(const ImageF& scene, const std::array<float, 3>& color)
 {
     ImageF contrast(scene.width(), scene.height(), 1);
-    const auto channels = std::size_t(scene.channels());
-    for (std::size_t i = 0; i < contrast.size(); ++i) {
-        float square = 0.0f;
-        for (std::size_t j = 0; j < channels; ++j) {
-            const float gap = color[j] - scene.data()[i * channels + j];
-            square += gap * gap;
-        }
-        contrast.data()[i] = std::sqrt(square);
-    }
+    contrastRow(scene.data(), color.data(), scene.channels(), contrast.size(), contrast.data());
     return contrast;
 }
 
-/// Means of 2 alongReach + 1 alphas along the rain.
-ImageF meanAlong(const ImageF& alpha, double slant)
+VIRGA_SIMD void addRow(const float* __restrict row, int count, float* __restrict to)
 {
-    const int width = alpha.width(), height = alpha.height();
-    ImageF mean(width, height, 1);
-    const double s = std::sin(slant), c = std::cos(slant);
-    const double steepest = std::max(std::abs(s), std::abs(c));
-    for (int t = -alongReach; t <= alongReach; ++t) {
-        const int dx = int(std::lround(t * s / steepest)), dy = int(std::lround(t * c / steepest));
-        for (int y = std::max(0, -dy); y < std::min(height, height - dy); ++y) {
-            const float* from = alpha.row(y + dy);
-            float* to = mean.row(y);
-            for (int x = std::max(0, -dx); x < std::min(width, width - dx); ++x) to[x] += from[x + dx];
-        }
+    for (int i = 0; i < count; ++i) to[i] += row[i];
+}
+
+/// From the sum of the alphas along the rain in `cost`.
+VIRGA_SIMD void costRow(const float* __restrict sigma, const float* __restrict contrast, int count,
+                        float* __restrict cost)
+{
+    for (int i = 0; i < count; ++i) {
+        const float mean = cost[i] / float(2 * alongReach + 1);
+        cost[i] = float(costOfNothing) * sigma[i] * contrast[i] * float(1.0 + costOfSpecks) /
+                  (1.0f + float(costOfSpecks) * mean * contrast[i] / sigma[i]);
     }
-    for (float& value : mean.values()) value /= float(2 * alongReach + 1);
-    return mean;
 }
 
 /// Eta of each alpha. For a change of alpha by one the data move by |C - S|, so eta = t sigma |C - S| holds back what
-/// is below t sigma. t falls with the mean of what was found along the rain.
+/// is below t sigma. t falls with the mean of the 2 alongReach + 1 alphas along the rain.
 void setCosts(const std::vector<ImageF>& alphas, const ImageF& contrast, const NoiseMap& noise, double slant,
               std::vector<ImageF>& costs)
 {
+    const int width = contrast.width(), height = contrast.height();
     costs.resize(alphas.size());
+    const double s = std::sin(slant), c = std::cos(slant), steepest = std::max(std::abs(s), std::abs(c));
     parallelFor(0, std::ptrdiff_t(alphas.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<float> sigma(static_cast<std::size_t>(width));
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
-            costs[k] = meanAlong(alphas[k], slant);
-            for (int y = 0; y < contrast.height(); ++y)
-                for (int x = 0; x < contrast.width(); ++x) {
-                    const float sigma = noise.at(x, y), gap = contrast.at(x, y);
-                    float& cost = costs[k].at(x, y);
-                    cost = float(costOfNothing) * sigma * gap * float(1.0 + costOfSpecks) /
-                           (1.0f + float(costOfSpecks) * cost * gap / sigma);
+            if (costs[k].empty()) costs[k] = ImageF(width, height, 1);
+            for (int y = 0; y < height; ++y) {
+                float* cost = costs[k].row(y);
+                std::fill_n(cost, width, 0.0f);
+                for (int t = -alongReach; t <= alongReach; ++t) {
+                    const int dx = int(std::lround(t * s / steepest)), dy = int(std::lround(t * c / steepest));
+                    const int left = std::max(0, -dx), right = std::min(width, width - dx);
+                    if (y + dy < 0 || y + dy >= height || left >= right) continue;
+                    addRow(alphas[k].row(y + dy) + left + dx, right - left, cost + left);
                 }
+                if (y == 0 || y % NoiseMap::block == 0)
+                    for (int x = 0; x < width; ++x) sigma[std::size_t(x)] = noise.at(x, y);
+                costRow(sigma.data(), contrast.row(y), width, cost);
+            }
         }
     });
 }
@@ -229,9 +258,12 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
 
     DryScene dry = dryScene(frames, options.movers, scene, covered);
     result.scene = std::move(dry.scene);
-    result.direction = rainDirection(risesAbove(frames, dry.trust, result.scene, 2.0 * dry.noise.typical));
-    result.brightestWet =
-        brightestUnder(risesAbove(frames, dry.trust, result.scene, 4.0 * dry.noise.typical), result.scene);
+    {
+        const double sigma = dry.noise.typical;
+        const std::vector<ImageF> rises = risesAbove(frames, dry.trust, result.scene, directionLimit * sigma);
+        result.direction = rainDirection(rises);
+        result.brightestWet = brightestUnder(rises, (wetLimit - directionLimit) * sigma, result.scene);
+    }
     result.range = dry.range;
     if (options.slant) result.direction.slant = *options.slant;
 
@@ -249,10 +281,14 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     terms.slant = result.direction.slant;
     result.alphas.assign(frames.size(), ImageF(result.scene.width(), result.scene.height(), 1));
     std::vector<ImageF> costs;
+    double guess = dry.range;  // of C's channels' mean
+    int selections = firstSelections;
     const auto chooseColor = [&] {
         if (options.color) return;
         const RainColor found = rainColor({frames, dry.trust}, result.scene, terms.slant,
-                                          std::max(dry.noise.typical, leastStep * dry.range), dry.range);
+                                          std::max(dry.noise.typical, leastStep * dry.range), guess, selections);
+        guess = found.found ? meanOf(std::span(found.color).first(channels)) : dry.range;
+        selections = found.found ? 1 : firstSelections;
         result.colorSource = sourceOf(found, result.scene, dry.range);
         const bool isFound = result.colorSource != ColorSource::Fallback;
         terms.color = isFound ? capped(found.color, brightestColor * dry.range) : options.fallbackColor;

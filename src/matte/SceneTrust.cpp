@@ -9,6 +9,7 @@
 #include "core/Parallel.h"
 #include "core/Simd.h"
 #include "matte/NoiseMap.h"
+#include "matte/PixelRows.h"
 
 namespace virga::matte {
 namespace {
@@ -22,25 +23,6 @@ constexpr double evidence = 0.005;  // share of a tile's samples, over all frame
 constexpr double leastBright = 16;  // of the least noise: what something bright differs by
 constexpr int wide = 16;            // [px]
 constexpr std::size_t mostSamples = 400'000;
-
-/// (I - S), the mean of the channels.
-template <int channels>
-VIRGA_INLINE void differAny(const float* __restrict frame, const float* __restrict scene, std::size_t count,
-                            float* __restrict to)
-{
-    for (std::size_t i = 0; i < count; ++i) {
-        float sum = 0.0f;
-        for (std::size_t j = 0; j < channels; ++j) sum += frame[i * channels + j] - scene[i * channels + j];
-        to[i] = sum / float(channels);
-    }
-}
-VIRGA_SIMD void differ(const float* frame, const float* scene, int channels, std::size_t count, float* to)
-{
-    if (channels == 3)
-        differAny<3>(frame, scene, count, to);
-    else
-        differAny<1>(frame, scene, count, to);
-}
 
 // Windows 2 reach + 1 wide and high, first down, then across; what leaves the picture is left out.
 
@@ -266,7 +248,7 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
             trust[k] = room();
-            differ(frames[k].data(), scene.data(), scene.channels(), trust[k].size(), trust[k].data());
+            meanDifference(frames[k].data(), scene.data(), scene.channels(), trust[k].size(), trust[k].data());
         }
     });
     const double sigma = std::max(noiseLevel(trust, room(), leastNoise), leastNoise);
