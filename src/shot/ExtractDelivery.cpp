@@ -31,7 +31,8 @@ constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;            // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;      // strokes that the statistics are made of
 constexpr double leastGain = 0.1, mostGain = 10;  // of the environment, for --match
-constexpr double clearly = 5.0;                   // so many times more bright strokes than dark ones: codecs make both
+constexpr double clearScore = 0.3;                // of a stroke that counts when it is asked whether it rains
+constexpr double clearly = 2.5;  // so many times more bright ones than dark ones: codecs and leaves make both alike
 constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
 constexpr int sheetColumns = 16;
 constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
@@ -53,6 +54,12 @@ double medianOf(std::vector<float> values)
     const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+int clearStrokes(std::span<const matte::RainStroke> strokes)
+{
+    return int(std::count_if(strokes.begin(), strokes.end(),
+                             [](const matte::RainStroke& stroke) { return stroke.score > clearScore; }));
 }
 
 /// Their mean.
@@ -194,17 +201,13 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
     std::vector<ImageF> bright, dark;
     for (const std::size_t k : which) bright.push_back(toLinearAlpha(found.alphas[k], found.scene));
     const matte::RainStrokeOptions options = strokeOptions(found);
-    brightStrokes_ = int(matte::findRainStrokes(bright, options).size());
+    brightStrokes_ = clearStrokes(matte::findRainStrokes(bright, options));
     brightMass_ = massOf(bright);
-    if (job_.stabilize) {  // the frames are not in the scene's view: half of the evidence is not to be had
-        rains_ = brightStrokes_ > 0;
-        return;
-    }
     for (const ImageF& alpha : matte::alphasBelow(frames, which, found))
         dark.push_back(toLinearAlpha(alpha, found.scene));
-    darkStrokes_ = int(matte::findRainStrokes(dark, options).size());
+    darkStrokes_ = clearStrokes(matte::findRainStrokes(dark, options));
     darkMass_ = massOf(dark);
-    const bool hasStrokes = brightStrokes_ > clearly * darkStrokes_ + 4 * std::sqrt(darkStrokes_ + 1.0) - 2;
+    const bool hasStrokes = brightStrokes_ > clearly * darkStrokes_ + 3 * std::sqrt(darkStrokes_ + 1.0);
     // Where it rains so hard that strokes cannot be told from each other.
     const bool isDense = brightMass_ > denseMass * darkMass_ && brightMass_ > leastMass * options.noise &&
                          found.direction.coherence > denseCoherence;

@@ -252,19 +252,20 @@ private:
         const double preparing = timer.seconds();
         seconds_["prepare"] += preparing;
 
-        Solved solved = solve(window, {});
+        Solved solved = solve(window, {}, true);
         judgeStillness(solved);
         const bool isFallback = solved.found.colorSource == matte::ColorSource::Fallback && !job_.color;
         if (isFallback && !job_.paper) {
             fallBack(solved.found);
-            solved = solve(window, {});
+            solved = solve(window, {}, true);
         }
         colorSource_ = !isFallback || job_.paper ? nameOf(solved.found.colorSource) : fallbackName_;
         colorError_ = solved.found.colorError;
         delivery_.setModel(space_.space, solved.found.color, shownColor(solved.found));
         {
             const Timer judging;
-            delivery_.judge(window.frames, solved.found);
+            delivery_.judge(job_.stabilize ? solved.registered : window.frames, solved.found);
+            solved.registered.clear();
             seconds_["strokes"] += judging.seconds();
         }
         delivery_.keepPlate(solved.found);
@@ -283,9 +284,10 @@ private:
     struct Solved {
         matte::Extraction found;
         std::vector<matte::FrameAlignment> places;  // empty: the camera stands
+        std::vector<ImageF> registered;             // the frames in that view, of a survey whose camera moves
     };
 
-    Solved solve(Window& window, const ImageF& start)
+    Solved solve(Window& window, const ImageF& start, bool isSurvey = false)
     {
         const Timer timer;
         Solved solved;
@@ -310,6 +312,7 @@ private:
                     covered[k].data()[i] *= finite.data()[i] > 0.99f ? 1.0f : 0.0f;
             }
             solved.found = matte::extractRain(frames, options_, {}, covered);
+            if (isSurvey) solved.registered = std::move(frames);
         }
         if (solved.found.rose) log::warning("the objective rose in a half step; the alternation was stopped there");
         seconds_["solve"] += timer.seconds();
