@@ -137,8 +137,10 @@ RawImage readRawImage(const std::string& path);
 /// A colour picture as scene-linear RGB(A) float: EXR/HDR as they are, PNG/JPEG through sRGB (or `colorspace`).
 ImageF readLinearImage(const std::string& path, const std::string& colorspace = {});
 
-/// Writes RGB(A) or single-channel float EXR with the given channel names, atomically. Throws Error(Output).
-void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half);
+/// Writes RGB(A) or single-channel float EXR with the given channel names, atomically. compression: OpenImageIO's word.
+/// Throws Error(Output).
+void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half,
+              const char* compression = "zip");
 /// Scene-linear RGB(A) -> 8-bit sRGB PNG, atomically. Values outside 0..1 are clipped. Throws Error(Output).
 void writePng(const std::string& path, ConstImageViewF linear);
 

@@ -34,13 +34,14 @@ ImageF readLinearImage(const std::string& path, const std::string& colorspace)
     return rgb;
 }
 
-void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half)
+void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half,
+              const char* compression)
 {
     checkOutputFolder(path);
     if (imageFormatOf(path) != "openexr")
         throw Error(ErrorCode::Output, "{}: this is written as EXR, name it .exr", path);
     ImageToWrite image;
-    image.compression = "zip";
+    image.compression = compression;
     for (int c = 0; c < pixels.channels(); ++c)
         image.channels.push_back(
             {channelNames.at(std::size_t(c)), half ? SampleType::Half : SampleType::Float, pixels, c});

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double darkLimit = 2.5, brightLimit = 2.0;  // [sigma]
 constexpr float fewestDry = 3.0f;
-constexpr int trimmings = 4;
+constexpr int trimmings = 3;
 constexpr double mostMoving = 0.25, leastMoving = 0.02;  // of all samples
 constexpr std::size_t fewestForMovers = 5;
 constexpr double leastNoise = 1e-4;      // of the range

@@ -33,7 +33,7 @@ constexpr double toleranceBelow = 1e-4;
 constexpr float opaque = 0.99f;          // what is behind more than this is not there to be seen
 constexpr double leastStep = 0.5 / 255;  // of the range: rises that are less say nothing of C
 constexpr int stepsARound = 2;
-constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a half step
+constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a step
 
 VIRGA_SIMD void keepAbove(float* __restrict rises, const float* __restrict trusted, float limit, int count)
 {
@@ -180,34 +180,26 @@ std::array<float, 3> capped(std::array<float, 3> color, double most)
     return color;
 }
 
-/// F falls in each half step, or the loop ends.
+/// F falls in each step, of alphas and then of the scene, or the loop ends. (That either half lets it fall is what
+/// tests/matte/alternation_test.cpp asks.)
 class Descent {
 public:
     Descent(const Footage& footage, Extraction& extraction) : footage_(footage), to_(extraction) {}
 
     void begin() { before_ = objective().total(); }
-    bool alphaStep(double tolerance)
+    bool step(double tolerance)
     {
         solveAlpha(footage_, to_.scene, to_.terms, to_.alphas, tolerance);
-        return falls(objective());
-    }
-    bool sceneStep(double tolerance)
-    {
         solveScene(footage_, to_.alphas, to_.terms, to_.scene, tolerance);
         const RainObjective now = objective();
         to_.history.push_back(now);
-        return falls(now);
-    }
-
-private:
-    RainObjective objective() const { return rainObjective(footage_, to_.scene, to_.alphas, to_.terms); }
-    bool falls(const RainObjective& now)
-    {
         to_.rose |= now.total() > before_ * (1.0 + roundingShare);
         before_ = now.total();
         return !to_.rose;
     }
 
+private:
+    RainObjective objective() const { return rainObjective(footage_, to_.scene, to_.alphas, to_.terms); }
     const Footage& footage_;
     Extraction& to_;
     double before_ = 0;
@@ -301,7 +293,7 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         Descent descent(footage, result);
         descent.begin();
         for (int step = 0; step < stepsARound; ++step)
-            if (!descent.alphaStep(options.tolerance) || !descent.sceneStep(options.tolerance)) break;
+            if (!descent.step(options.tolerance)) break;
         if (round == 0) renewTrust(frames, result.scene, covered, dry);
         if (!options.slant) {
             result.direction = rainDirection(result.alphas);

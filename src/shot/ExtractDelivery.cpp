@@ -34,6 +34,7 @@ constexpr double leastGain = 0.1, mostGain = 10;  // of the environment, for --m
 constexpr double clearScore = 0.3;                // of a stroke that counts when it is asked whether it rains
 constexpr double clearly = 2.5;  // so many times more bright ones than dark ones: codecs and leaves make both alike
 constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
+constexpr float wet = 0.05f;  // alpha, for the share of the picture that it rains in
 constexpr int sheetColumns = 16;
 constexpr double acrossWidths = 2.5;  // of an atlas tile (CutAtlas.h)
 
@@ -80,6 +81,7 @@ struct ExtractDelivery::Delivered {
     ImageF alpha;       // linear light
     ImageF confidence;  // if it is asked for
     ImageF clean;       // scene-linear RGBA
+    std::size_t wetSamples = 0;
 };
 
 ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage) : job_(job), footage_(footage)
@@ -91,6 +93,9 @@ ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& f
     if (job.clean == "none") return;
     io::WriteOptions options;
     options.half = writesHalf();
+    // As footage that is EXR has it; else what costs a third of the time of "zip" and a third more room.
+    const bool isExr = std::filesystem::path(job.clean).extension() == ".exr";
+    if (isExr && !footage.info().format.starts_with("openexr")) options.codec = "rle";
     clean_ = io::createPlateWriter(path(job.clean), footage.reader(), options);
 }
 
@@ -125,33 +130,39 @@ void ExtractDelivery::keepPlate(const matte::Extraction& found)
 }
 
 /// The alpha that lays the shown C over linear light as the model lays its own over its own values; least squares over
-/// the channels.
+/// the channels. Most alphas are 0, and stay: what is more than that is asked a row at a time.
 ImageF ExtractDelivery::toLinearAlpha(const ImageF& alpha, const ImageF& scene) const
 {
     if (space_ == ModelSpace::Linear && !isRecoloured_) return alpha;
-    const int width = alpha.width(), channels = scene.channels();
-    ImageF linear(width, alpha.height(), 1);
-    ImageF mixed(width, 1, channels), ground(width, 1, channels);
-    for (int y = 0; y < alpha.height(); ++y) {
-        for (int x = 0; x < width; ++x)
-            for (int j = 0; j < channels; ++j) {
-                const float s = scene.at(x, y, j);
-                ground.at(x, 0, j) = s;
-                mixed.at(x, 0, j) = s + alpha.at(x, y) * (color_[std::size_t(j)] - s);
+    const int channels = scene.channels();
+    ImageF linear(alpha.width(), alpha.height(), 1);
+    parallelFor(0, alpha.height(), 32, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<int> wet;
+        for (int y = int(first); y < int(last); ++y) {
+            wet.clear();
+            for (int x = 0; x < alpha.width(); ++x)
+                if (alpha.row(y)[x] > 0.0f) wet.push_back(x);
+            if (wet.empty()) continue;
+            ImageF mixed(int(wet.size()), 1, channels), ground(int(wet.size()), 1, channels);
+            for (int n = 0; n < ground.width(); ++n)
+                for (int j = 0; j < channels; ++j) {
+                    const float s = scene.at(wet[std::size_t(n)], y, j);
+                    ground.at(n, 0, j) = s;
+                    mixed.at(n, 0, j) = s + alpha.at(wet[std::size_t(n)], y) * (color_[std::size_t(j)] - s);
+                }
+            fromModel(ground, space_);
+            fromModel(mixed, space_);
+            for (int n = 0; n < ground.width(); ++n) {
+                float pull = 0.0f, square = 0.0f;
+                for (int j = 0; j < channels; ++j) {
+                    const float gap = linearColor_[std::size_t(j)] - ground.at(n, 0, j);
+                    pull += gap * (mixed.at(n, 0, j) - ground.at(n, 0, j));
+                    square += gap * gap;
+                }
+                linear.at(wet[std::size_t(n)], y) = square > 0.0f ? std::clamp(pull / square, 0.0f, 1.0f) : 0.0f;
             }
-        fromModel(ground, space_);
-        fromModel(mixed, space_);
-        for (int x = 0; x < width; ++x) {
-            float pull = 0.0f, square = 0.0f;
-            for (int j = 0; j < channels; ++j) {
-                const float gap = linearColor_[std::size_t(j)] - ground.at(x, 0, j);
-                pull += gap * (mixed.at(x, 0, j) - ground.at(x, 0, j));
-                square += gap * gap;
-            }
-            const bool isSeen = alpha.at(x, y) > 0.0f && square > 0.0f;
-            linear.at(x, y) = isSeen ? std::clamp(pull / square, 0.0f, 1.0f) : 0.0f;
         }
-    }
+    });
     return linear;
 }
 
@@ -222,18 +233,25 @@ ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window,
 {
     const auto channels = std::size_t(footage_.channels());
     const std::span<const double> gains = std::span(found.gains).subspan(k * channels, channels);
-    ImageF frame = window.frames[k], alpha = found.alphas[k], scene = found.scene, trust;
-    if (!found.trust.empty()) trust = found.trust[k];
+    ImageF frame = window.frames[k], warpedAlpha, warpedScene, warpedTrust;
+    const ImageF *inView = &found.alphas[k], *sceneInView = &found.scene;
+    const ImageF* trust = found.trust.empty() ? nullptr : &found.trust[k];
     if (!places.empty()) {
         matte::removeGain(frame, gains);
         const matte::Homography& place = places[k].referenceFromFrame;
-        alpha = matte::warpFromReference(alpha, place);
-        for (float& value : alpha.values()) value = std::clamp(value, 0.0f, 1.0f);
-        scene = matte::warpFromReference(scene, place);
-        if (!trust.empty()) trust = matte::warpFromReference(trust, place);
+        warpedAlpha = matte::warpFromReference(*inView, place);
+        for (float& value : warpedAlpha.values()) value = std::clamp(value, 0.0f, 1.0f);
+        warpedScene = matte::warpFromReference(*sceneInView, place);
+        if (trust != nullptr) warpedTrust = matte::warpFromReference(*trust, place);
+        inView = &warpedAlpha;
+        sceneInView = &warpedScene;
+        if (trust != nullptr) trust = &warpedTrust;
     }
-    if (!rains_)
-        for (float& value : alpha.values()) value = 0.0f;
+    if (!rains_) {
+        warpedAlpha = ImageF(frame.width(), frame.height(), 1);
+        inView = &warpedAlpha;
+    }
+    const ImageF &alpha = *inView, &scene = *sceneInView;
 
     Delivered out;
     out.alpha = job_.paper ? alpha : toLinearAlpha(alpha, scene);
@@ -242,11 +260,12 @@ ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window,
         here.scene = scene;
         here.color = found.color;
         here.terms = found.terms;
-        out.confidence = matte::alphaConfidence(here, trust.empty() ? nullptr : &trust);
+        out.confidence = matte::alphaConfidence(here, trust);
     }
-    matte::removeRain(frame, alpha, scene, trust.empty() ? nullptr : &trust, found.color);
+    matte::removeRain(frame, alpha, scene, trust, found.color);
     matte::applyGain(frame, gains);
     fromModel(frame, space_);
+    for (const float value : out.alpha.values()) out.wetSamples += value > wet;
     out.clean = ImageF(frame.width(), frame.height(), 4, 1.0f);
     for (std::size_t i = 0; i < alpha.size(); ++i) {
         for (std::size_t j = 0; j < 3; ++j)
@@ -269,23 +288,20 @@ bool ExtractDelivery::deliver(const FootageWindow& window, const matte::Extracti
         std::vector<Delivered> out(end - begin);
         const Timer timer;
         parallelFor(0, std::ptrdiff_t(out.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (auto n = std::size_t(first); n < std::size_t(last); ++n)
+            for (auto n = std::size_t(first); n < std::size_t(last); ++n) {
                 out[n] = prepare(window, found, places, begin + n);
+                const FrameNumber number = window.numbers[begin + n];
+                io::writeExr(io::framePath(path("alpha.####.exr"), number), out[n].alpha, {"A"}, writesHalf(), "rle");
+                if (job_.confidence)
+                    io::writeExr(io::framePath(path("confidence.####.exr"), number), out[n].confidence, {"confidence"},
+                                 true, "rle");
+            }
         });
         seconds_["clean"] += timer.seconds();
         const Timer writing;
-        parallelFor(0, std::ptrdiff_t(out.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            for (auto n = std::size_t(first); n < std::size_t(last); ++n) {
-                const FrameNumber number = window.numbers[begin + n];
-                io::writeExr(io::framePath(path("alpha.####.exr"), number), out[n].alpha, {"A"}, writesHalf());
-                if (job_.confidence)
-                    io::writeExr(io::framePath(path("confidence.####.exr"), number), out[n].confidence, {"confidence"},
-                                 true);
-            }
-        });
         for (std::size_t n = 0; n < out.size() && goesOn; ++n) {
             const std::size_t k = begin + n;
-            for (const float value : out[n].alpha.values()) wetSamples_ += value > 0.05f;
+            wetSamples_ += double(out[n].wetSamples);
             samples_ += double(out[n].alpha.size());
             if (delivered_.size() == footage_.frames().size() / 2) {
                 sheetFrame_ = window.frames[k];

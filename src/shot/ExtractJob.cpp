@@ -314,7 +314,7 @@ private:
             solved.found = matte::extractRain(frames, options_, {}, covered);
             if (isSurvey) solved.registered = std::move(frames);
         }
-        if (solved.found.rose) log::warning("the objective rose in a half step; the alternation was stopped there");
+        if (solved.found.rose) log::warning("the objective rose; the alternation was stopped there");
         seconds_["solve"] += timer.seconds();
         return solved;
     }
