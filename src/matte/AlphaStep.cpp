@@ -301,20 +301,28 @@ public:
     Real* row(int y, int parity) { return values_.data() + (y + 1) * stride_ + lanes + parity * (blocks_ + 1) * lanes; }
     const Real* row(int y, int parity) const { return const_cast<ColumnPlane*>(this)->row(y, parity); }
 
-    /// A row of the picture, from and to.
-    void put(int y, const Real* values)
+    /// So many rows of the picture go in and out together: where lines are level they lie across the plane, and one at
+    /// a time would touch a line of the cache for each value.
+    static constexpr int rowsTogether = 32;
+
+    /// Rows y to y + count of the picture, one after another, from and to; y a multiple of rowsTogether.
+    void put(int y, int count, const Real* values)
     {
-        if (!isLevel_)
-            split(values, columns_, row(y, 0), row(y, 1));
-        else
-            for (int x = 0; x < rows_; ++x) row(x, y % 2)[y / 2] = values[x];
+        if (!isLevel_) {
+            for (int t = 0; t < count; ++t) split(values + t * columns_, columns_, row(y + t, 0), row(y + t, 1));
+            return;
+        }
+        for (int x = 0; x < rows_; ++x)
+            for (int t = 0; t < count; ++t) row(x, t % 2)[(y + t) / 2] = values[t * rows_ + x];
     }
-    void get(int y, float* values) const
+    void get(int y, int count, float* values) const
     {
-        if (!isLevel_)
-            merge(row(y, 0), row(y, 1), columns_, values);
-        else
-            for (int x = 0; x < rows_; ++x) values[x] = float(row(x, y % 2)[y / 2]);
+        if (!isLevel_) {
+            for (int t = 0; t < count; ++t) merge(row(y + t, 0), row(y + t, 1), columns_, values + t * columns_);
+            return;
+        }
+        for (int x = 0; x < rows_; ++x)
+            for (int t = 0; t < count; ++t) values[t * rows_ + x] = float(row(x, t % 2)[(y + t) / 2]);
     }
 
 private:
@@ -411,13 +419,17 @@ public:
     void solve(const FrameData& data, ImageF& alpha, double tolerance)
     {
         const int width = alpha.width(), height = alpha.height();
-        std::vector<Real> seen(std::size_t(width), Real(0)), pull = seen, start = seen;
-        for (int y = 0; y < height; ++y) {
-            data.ask(y, seen.data(), pull.data());
-            clamp(alpha.row(y), width, start.data());
-            seen_.put(y, seen.data());
-            pull_.put(y, pull.data());
-            alpha_.put(y, start.data());
+        constexpr int together = ColumnPlane<Real>::rowsTogether;
+        std::vector<Real> seen(std::size_t(width) * together), pull = seen, start = seen;
+        for (int y = 0; y < height; y += together) {
+            const int count = std::min(together, height - y);
+            for (int t = 0; t < count; ++t) {
+                data.ask(y + t, seen.data() + t * width, pull.data() + t * width);
+                clamp(alpha.row(y + t), width, start.data() + t * width);
+            }
+            seen_.put(y, count, seen.data());
+            pull_.put(y, count, pull.data());
+            alpha_.put(y, count, start.data());
         }
         std::fill(waiting_.begin(), waiting_.end(), std::numeric_limits<Real>::infinity());
         bool isSettled = false;
@@ -426,7 +438,7 @@ public:
             for (int parity = 0; parity < 2; ++parity)
                 for (int block = 0; block < seen_.blocks(); ++block) isSettled &= !turn(parity, block, Real(tolerance));
         }
-        for (int y = 0; y < height; ++y) alpha_.get(y, alpha.row(y));
+        for (int y = 0; y < height; y += together) alpha_.get(y, std::min(together, height - y), alpha.row(y));
     }
 
 private:
