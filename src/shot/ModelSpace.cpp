@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t steps = 8;
 constexpr std::size_t fewestSamples = 200;
+constexpr float rounding = 1e-6f;  // of a value: what the mean of equal values may be off by
 
 }  // namespace
 
@@ -48,7 +49,7 @@ std::optional<double> noiseUnevenness(std::span<const ImageF> frames)
     std::array<std::vector<float>, steps> depths;
     for (const ImageF& frame : frames)
         for (std::size_t i = 0; i < scene.size(); ++i)
-            if (const float depth = scene.data()[i] - frame.data()[i]; depth > 0.0f) {
+            if (const float depth = scene.data()[i] - frame.data()[i]; depth > rounding * std::abs(scene.data()[i])) {
                 const auto step = std::lower_bound(upTo.begin(), upTo.end() - 1, scene.data()[i]) - upTo.begin();
                 depths[std::size_t(step)].push_back(depth);
             }
