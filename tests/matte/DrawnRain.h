@@ -18,8 +18,9 @@ struct DrawnRain {
 
 struct DrawnRainOptions {
     int width = 96, height = 96, frames = 10, strokes = 15;
-    double slant = 0.0;  // [rad]
-    double noise = 0.0;  // standard deviation in the frames
+    double slant = 0.0;    // [rad]
+    double noise = 0.0;    // standard deviation in the frames
+    double texture = 0.0;  // standard deviation of what the scene has from pixel to pixel, beside its bumps
     std::array<float, 3> color = {0.78f, 0.80f, 0.82f};
     unsigned seed = 1;
 };
@@ -42,6 +43,12 @@ inline DrawnRain drawRain(const DrawnRainOptions& options)
             for (int j = 0; j < 3; ++j)
                 drawn.scene.at(x, y, j) =
                     float(0.3 + 0.1 * std::sin(x * 0.13 + j) * std::cos(y * 0.09) + 0.05 * std::sin(x * 0.4 + y * 0.3));
+    if (options.texture > 0.0)
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const auto grain = float(options.texture * normal());
+                for (int j = 0; j < 3; ++j) drawn.scene.at(x, y, j) = std::max(drawn.scene.at(x, y, j) + grain, 0.02f);
+            }
     const double s = std::sin(options.slant), c = std::cos(options.slant);
     for (int k = 0; k < options.frames; ++k) {
         ImageF alpha(width, height, 1);
