@@ -7,6 +7,7 @@
 #include "core/Parallel.h"
 #include "matte/AtlasSheet.h"
 #include "matte/CutAtlas.h"
+#include "support/Files.h"
 
 namespace virga {
 namespace {
@@ -164,6 +165,63 @@ TEST(CutAtlas, NoStrokesIsOneSentence)
     EXPECT_THROW(matte::cutAtlas(alphas, {}, {.count = 0}), Error);
     EXPECT_THROW(matte::cutAtlas(alphas, {}, {.acrossWidths = 0}), Error);
     EXPECT_THROW(matte::cutAtlas(alphas, {}, {.width = -1}), Error);
+}
+
+TEST(CutAtlas, IsTheAtlasOfTheBest)
+{
+    const std::vector<ImageF> alphas = rain(0.15);
+    const auto strokes = matte::findRainStrokes(alphas, {.slant = 0.15});
+    auto best = matte::bestStrokes(strokes, 6);
+    const auto cut = matte::cutAtlas(alphas, strokes, {.count = 6});
+    const auto same = matte::atlasOf(alphas, best, {.count = 6});
+    ASSERT_EQ(same.count(), cut.count());
+    EXPECT_TRUE(std::equal(cut.layers.values().begin(), cut.layers.values().end(), same.layers.values().begin()));
+    // In the order given, however many.
+    std::reverse(best.begin(), best.end());
+    const auto reversed = matte::atlasOf(alphas, best, {.count = 2});
+    ASSERT_EQ(reversed.count(), 6);
+    for (int n = 0; n < 6; ++n) {
+        EXPECT_EQ(reversed.mattes[std::size_t(n)].lengthPixels, cut.mattes[std::size_t(5 - n)].lengthPixels);
+        EXPECT_EQ(sumOf(reversed.layer(n)), sumOf(cut.layer(5 - n)));
+    }
+    test::sentenceOf(ErrorCode::Input, [&] { matte::atlasOf(alphas, {}, {}); });
+    best[0].frame = 3;
+    test::sentenceOf(ErrorCode::Internal, [&] { matte::atlasOf(alphas, best, {}); });
+    best[0].frame = -1;
+    test::sentenceOf(ErrorCode::Internal, [&] { matte::atlasOf(alphas, best, {}); });
+}
+
+// Whole strokes and those that a border cuts: what is kept holds all that a tile asks for.
+TEST(CutAtlas, AKeptStrokeMakesTheTileOfItsFrame)
+{
+    for (const double slant : {0.0, 0.15, -0.8, 1.5}) {
+        std::vector<ImageF> alphas(1, ImageF(150, 130, 1));
+        draw(alphas[0], 75, 65, 34, 1.2, 0.4, slant);
+        draw(alphas[0], 12, 64, 30, 1.0, 0.3, slant);
+        draw(alphas[0], 140, 124, 30, 1.0, 0.3, slant);
+        const auto strokes = matte::findRainStrokes(alphas, {.slant = slant});
+        ASSERT_GE(strokes.size(), 2u) << slant;
+        for (const auto& stroke : strokes) {
+            for (const double acrossWidths : {1.0, 2.5, 16.0}) {
+                const auto kept = matte::keepStroke(alphas[0], stroke, acrossWidths);
+                EXPECT_EQ(kept.stroke.frame, 0);
+                EXPECT_EQ(kept.stroke.length, stroke.length);
+                const ImageF whole = matte::cutStroke(alphas[0], stroke, 16, 64, acrossWidths);
+                const ImageF tile = matte::cutStroke(kept.alpha, kept.stroke, 16, 64, acrossWidths);
+                float off = 0;
+                for (std::size_t i = 0; i < tile.size(); ++i)
+                    off = std::max(off, std::abs(tile.data()[i] - whole.data()[i]));
+                EXPECT_LT(off, 1e-5f) << slant << ' ' << acrossWidths;
+            }
+            const auto kept = matte::keepStroke(alphas[0], stroke, 2.5);
+            EXPECT_LT(kept.alpha.size(), alphas[0].size() / 2);
+        }
+    }
+    // A picture of one pixel, and a place outside of it.
+    const ImageF dot(1, 1, 1, 0.5f);
+    matte::RainStroke stroke;
+    stroke.x = 40, stroke.y = -30, stroke.length = 10, stroke.width = 2;
+    EXPECT_EQ(matte::keepStroke(dot, stroke, 2.5).alpha.size(), 1u);
 }
 
 TEST(CutAtlas, ThreadsDoNotShow)
