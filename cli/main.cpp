@@ -1,6 +1,7 @@
 // virga COMMAND: rain for film and video. Parses, hands over to a command, translates errors into exit codes.
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -97,6 +98,14 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& command)
     if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
         if (rest.starts_with('-')) return fmt::format("'{}' is not a flag of '{}'", rest, cli::fullName(command));
         return fmt::format("'{}' is one argument too many", rest);
+    }
+    if (dynamic_cast<const CLI::ConversionError*>(&error) != nullptr) {  // "Could not convert: --window = x"
+        const std::string flag = rest.substr(0, rest.find(" = "));
+        const std::string value = rest.substr(std::min(flag.size() + 3, rest.size()));
+        char* end = nullptr;
+        std::strtod(value.c_str(), &end);
+        const bool isNumber = !value.empty() && *end == 0;
+        return fmt::format("{} '{}': must be a {}", flag, value, isNumber ? "whole number" : "number");
     }
     // A check of ours: "--device: 'foo': must be ...".
     if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) return fmt::format("{} {}", option, rest);
