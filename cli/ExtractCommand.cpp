@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@ namespace {
 struct ExtractArguments {
     CommonFlags common;
     shot::ExtractJobOptions job;
+    std::optional<int> stack;
     std::string color = "auto", slant = "auto", tile = "16x64";
 };
 
@@ -36,14 +38,9 @@ void require(bool holds, const char* flag, double value, const char* allowed)
 
 double numberFrom(const char* flag, const std::string& text, const std::string& word, const char* allowed)
 {
-    std::size_t read = 0;
     double value = 0;
-    try {
-        value = std::stod(word, &read);
-    } catch (const std::exception&) {
-        read = 0;
-    }
-    if (read == 0 || read != word.size())
+    const char* last = word.data() + word.size();
+    if (const auto [end, error] = std::from_chars(word.data(), last, value); error != std::errc() || end != last)
         throw Error(ErrorCode::InvalidArgument, "{} '{}': must be {}", flag, text, allowed);
     return value;
 }
@@ -98,7 +95,10 @@ int extract(const ExtractArguments& arguments)
         throw Error(ErrorCode::InvalidArgument, "--space '{}': must be auto, linear or display", job.space);
     if (job.onError != "stop" && job.onError != "skip" && job.onError != "hold")
         throw Error(ErrorCode::InvalidArgument, "--on-error '{}': must be stop, skip or hold", job.onError);
-    require(job.stack >= 0 && job.stack <= 10000, "--stack", job.stack, "1 to 10000 frames");
+    if (arguments.stack) {
+        require(*arguments.stack >= 1 && *arguments.stack <= 10000, "--stack", *arguments.stack, "1 to 10000 frames");
+        job.stack = *arguments.stack;
+    }
     require(job.window >= 4 && job.window <= 1000, "--window", job.window, "4 to 1000 frames");
     require(job.strokes >= 1 && job.strokes <= 4096, "--strokes", job.strokes, "1 to 4096");
     require(job.tolerance >= 1e-9 && job.tolerance <= 0.1, "--tolerance", job.tolerance, "1e-09 to 0.1");
@@ -173,7 +173,7 @@ Runner addExtractCommand(CLI::App& app, CLI::App*& command)
     add("--colorspace", job.colorspace, "of the footage, by OpenColorIO name (default by metadata, else a guess)",
         "NAME");
     flag("--linear", job.linear, "the values are linear light as they stand, and the model holds in them");
-    add("--stack", job.stack, "the footage is one image of so many frames, top to bottom", "N");
+    add("--stack", a.stack, "the footage is one image of so many frames, top to bottom", "N");
     add("--fps", job.fps, "frames a second (default the footage's)", "1/s");
     add("--on-error", job.onError, "what to do with a frame that cannot be read (default stop)", "stop|skip|hold");
     group = "Model";
