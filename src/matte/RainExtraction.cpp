@@ -257,6 +257,9 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         result.brightestWet = brightestUnder(rises, (wetLimit - directionLimit) * sigma, result.scene);
     }
     result.range = dry.range;
+    // Rain is brighter than what it falls before; the default, 1, is so where the footage ends there.
+    std::array<float, 3> fallback = options.fallbackColor;
+    if (meanOf(fallback) < dry.range) fallback.fill(float(brightestReal * dry.range));
     if (options.slant) result.direction.slant = *options.slant;
 
     RainTerms& terms = result.terms;
@@ -268,7 +271,7 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         terms.mu = options.mu.value_or(std::pow(sigma / (slopeOfRain * dry.range), 2) * square);
         terms.lambda = options.lambda.value_or(std::min(std::pow(sigma / (slopeOfScene * dry.range), 2), mostLambda));
     };
-    terms.color = options.color.value_or(options.fallbackColor);
+    terms.color = options.color.value_or(fallback);
     terms.eta = 1.0;  // costs are whole etas
     terms.slant = result.direction.slant;
     result.alphas.assign(frames.size(), ImageF(result.scene.width(), result.scene.height(), 1));
@@ -283,7 +286,7 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         selections = found.found ? 1 : firstSelections;
         result.colorSource = sourceOf(found, result.scene, dry.range);
         const bool isFound = result.colorSource != ColorSource::Fallback;
-        terms.color = isFound ? capped(found.color, brightestColor * dry.range) : options.fallbackColor;
+        terms.color = isFound ? capped(found.color, brightestColor * dry.range) : fallback;
         result.colorError = found.error;
     };
     for (int round = 0; round < options.rounds && !result.rose; ++round) {
