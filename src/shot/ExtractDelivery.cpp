@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +16,7 @@
 #include "core/Parallel.h"
 #include "core/Timer.h"
 #include "io/AtomicFile.h"
+#include "io/Writers.h"
 #include "matte/AtlasSheet.h"
 #include "matte/ExposureGain.h"
 #include "matte/RainEstimate.h"
@@ -27,6 +29,8 @@ namespace {
 using nlohmann::json;
 
 constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::array outputs = {"alpha.####.exr", "confidence.####.exr", "clean.exr",
+                                "confidence.exr", "atlas.exr",           "sheet.png"};
 constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;            // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;      // strokes that the statistics are made of
@@ -87,10 +91,20 @@ struct ExtractDelivery::Delivered {
 ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage) : job_(job), footage_(footage)
 {
     io::checkOutputFolder(path("alpha.exr"));
-    for (const char* name : {"alpha.####.exr", "clean.exr"})
-        if (io::isSameFile(path(name), footage.info().path))
-            throw Error(ErrorCode::Output, "'{}': is the footage itself", path(name));
+    const io::PlateInfo& info = footage.info();
+    for (const char* name : outputs)
+        for (const FrameNumber frame : info.frames) {
+            const std::string from = io::isFramePattern(info.path) ? io::framePath(info.path, frame) : info.path;
+            const std::string to = io::isFramePattern(name) ? io::framePath(path(name), frame) : path(name);
+            if (io::isSameFile(to, from)) throw Error(ErrorCode::Output, "'{}': is the footage itself", to);
+        }
     if (job.clean == "none") return;
+    for (const char* name : outputs)
+        if (io::framePath(job.clean, 0) == io::framePath(name, 0))
+            throw Error(ErrorCode::Output, "--clean '{}': that name is taken by another of the results", job.clean);
+    if (!io::isMovieName(job.clean) && !io::isFramePattern(job.clean) && footage.frames().size() > 1)
+        throw Error(ErrorCode::Output, "--clean '{}': is one image, but there are {} frames; name a pattern or a movie",
+                    job.clean, footage.frames().size());
     io::WriteOptions options;
     options.half = writesHalf();
     // As footage that is EXR has it; else what costs a third of the time of "zip" and a third more room.
