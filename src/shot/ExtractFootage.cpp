@@ -82,8 +82,9 @@ void FootageWindow::add(FootageWindow&& more)
     append(extras, std::move(more.extras));
 }
 
-void FootageWindow::dropFirst(std::size_t count)
+void FootageWindow::dropBefore(FrameNumber number)
 {
+    const auto count = std::size_t(std::lower_bound(numbers.begin(), numbers.end(), number) - numbers.begin());
     erase(numbers, count);
     erase(frames, count);
     erase(finite, count);
@@ -110,16 +111,18 @@ FootageWindow ExtractFootage::readLinear(const std::vector<FrameNumber>& numbers
         const Timer timer;
         std::optional<io::PlateFrame> frame = reader_->read(number);
         seconds_ += timer.seconds();
+        const bool isFirstTime = asked_.insert(number).second;
         if (!frame) {
-            repairedFrames_.push_back(fmt::format("frame {} was skipped", number));
+            if (isFirstTime) repairedFrames_.push_back(fmt::format("frame {} was skipped", number));
             continue;
         }
-        if (!frame->repaired.empty()) repairedFrames_.push_back(frame->repaired);
+        if (isFirstTime && !frame->repaired.empty()) repairedFrames_.push_back(frame->repaired);
         FootageWindow one;
         one.numbers = {number};
         one.frames.resize(1);
         ImageF finite;
-        repairedValues_ += takeColor(frame->pixels, one.frames[0], finite);
+        const std::size_t repaired = takeColor(frame->pixels, one.frames[0], finite);
+        if (isFirstTime) repairedValues_ += repaired;
         if (!finite.empty()) one.finite.push_back(std::move(finite));
         if (info().hasAlpha) {
             ImageF& coverage = one.coverages.emplace_back(info().width, info().height, 1);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "io/Plate.h"
@@ -20,8 +21,8 @@ struct FootageWindow {
 
     std::size_t size() const { return numbers.size(); }
     void add(FootageWindow&& more);
-    /// Takes the first `count` frames away.
-    void dropFirst(std::size_t count);
+    /// Takes the frames before `number` away.
+    void dropBefore(FrameNumber number);
 };
 
 class ExtractFootage {
@@ -51,6 +52,7 @@ private:
     std::unique_ptr<io::PlateReader> reader_;
     std::vector<FrameNumber> frames_;
     int channels_ = 3;
+    std::set<FrameNumber> asked_;  // some frames are read twice: for the survey and for their window
     std::size_t repairedValues_ = 0;
     std::vector<std::string> repairedFrames_;
     double seconds_ = 0;

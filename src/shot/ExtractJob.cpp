@@ -426,12 +426,10 @@ private:
             return;
         }
         Window window;
-        std::size_t held = 0;  // frames [held - window.size(), held) are in the window, those left out not counted
+        std::size_t held = 0;  // so many frames have been read; some may have been left out
         ImageF scene = delivery_.plateInModel();
-        std::size_t begin = 0;
         for (const Span& span : spans_) {
-            window.dropFirst(std::min(window.size(), span.first - begin));
-            begin = span.first;
+            window.dropBefore(footage_.frames()[span.first]);
             Window more = footage_.readLinear(numbers(held, span.first + span.count - held));
             held = span.first + span.count;
             footage_.toModel(more, space_.space);
