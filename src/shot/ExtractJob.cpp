@@ -425,6 +425,7 @@ private:
             finish();
             return;
         }
+        gains_.clear();  // those of the survey's frames
         Window window;
         std::size_t held = 0;  // so many frames have been read; some may have been left out
         ImageF scene = delivery_.plateInModel();
