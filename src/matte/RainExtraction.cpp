@@ -208,7 +208,7 @@ private:
 Extraction paperExtraction(std::vector<ImageF>& frames, const ExtractionOptions& options)
 {
     AlternationOptions paper;
-    paper.terms.color = options.color.value_or(options.fallbackColor);
+    paper.terms.color = options.color.value_or(options.fallbackColor.value_or(std::array{1.0f, 1.0f, 1.0f}));
     paper.terms.lambda = options.lambda.value_or(1.0 / 20);
     paper.terms.mu = options.mu.value_or(1.0 / 4);
     paper.terms.bounded = false;
@@ -257,9 +257,8 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         result.brightestWet = brightestUnder(rises, (wetLimit - directionLimit) * sigma, result.scene);
     }
     result.range = dry.range;
-    // Rain is brighter than what it falls before; the default, 1, is so where the footage ends there.
-    std::array<float, 3> fallback = options.fallbackColor;
-    if (meanOf(fallback) < dry.range) fallback.fill(float(brightestReal * dry.range));
+    const float white = dry.range > 1.0 ? float(brightestReal * dry.range) : 1.0f;
+    const std::array<float, 3> fallback = options.fallbackColor.value_or(std::array{white, white, white});
     if (options.slant) result.direction.slant = *options.slant;
 
     RainTerms& terms = result.terms;

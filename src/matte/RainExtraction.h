@@ -37,13 +37,13 @@ enum class ColorSource {
 struct ExtractionOptions {
     bool paper = false;                         // Eq. (1) alone: from the median, without bounds, cost and weights
     std::optional<std::array<float, 3>> color;  // C, in the units of the footage
-    std::array<float, 3> fallbackColor = {1, 1, 1};
-    std::optional<double> slant;   // [rad]; none: found
-    std::optional<double> lambda;  // none: from the noise; paper: 1/20
-    std::optional<double> mu;      // none: from the noise; paper: 1/4
-    int rounds = 3;                // of alphas, scene and what follows from them, >= 1; paper: 20
-    double tolerance = 1e-4;       // of the steps that iterate
-    bool movers = true;            // tell apart what moves; needs 5 frames
+    std::optional<std::array<float, 3>> fallbackColor;  // none: 1, or half as bright again as footage beyond 1
+    std::optional<double> slant;                        // [rad]; none: found
+    std::optional<double> lambda;                       // none: from the noise; paper: 1/20
+    std::optional<double> mu;                           // none: from the noise; paper: 1/4
+    int rounds = 3;                                     // of alphas, scene and what follows from them, >= 1; paper: 20
+    double tolerance = 1e-4;                            // of the steps that iterate
+    bool movers = true;                                 // tell apart what moves; needs 5 frames
 };
 
 struct Extraction {
