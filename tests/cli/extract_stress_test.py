@@ -3,7 +3,7 @@ or in one sentence with its exit code."""
 import unittest
 
 import numpy as np
-from footage import FRAMES, SIZE, ExtractTest, rained, rmse, scene, srgb, strokes, writeSequence, writeStack
+from footage import FRAMES, SIZE, ExtractTest, rained, rmse, srgb, strokes, writeSequence
 from support import readImage, writeImage
 
 
