@@ -151,9 +151,7 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
 
     // Something is darker than the scene. Either it moves, or the scene is rain, where that covers a pixel most of the
     // time: then a darker scene explains everything, as nothing but what moves is darker than that.
-    DryScene darker = dry;
-    darker.trust.assign(covered.begin(), covered.end());
-    darker.scene = lowerQuarterMean(frames);
+    DryScene darker{lowerQuarterMean(frames), {}, {covered.begin(), covered.end()}, true, dry.range};
     // The noise about the first scene may be rain as well. About this one, which lies a deviation low, half of it
     // shows.
     darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
@@ -177,6 +175,7 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
 void renewTrust(std::span<const ImageF> frames, const ImageF& scene, std::span<const ImageF> covered, DryScene& dry)
 {
     if (!dry.hasMovers) return;
+    dry.trust.clear();  // before there is another
     std::vector<ImageF> trust = sceneTrust(frames, scene, leastStep * dry.range);
     dry.hasMovers = !trust.empty();
     if (!dry.hasMovers) {

@@ -289,14 +289,14 @@ ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window,
     return out;
 }
 
-bool ExtractDelivery::deliver(const FootageWindow& window, const matte::Extraction& found,
+bool ExtractDelivery::deliver(const FootageWindow& window, matte::Extraction& found,
                               std::span<const matte::FrameAlignment> places, std::size_t from, std::size_t to,
                               const std::function<bool(FrameNumber)>& tell)
 {
     bool goesOn = true;
     // A few frames at a time, so that the cores are busy and memory is bounded.
     constexpr std::size_t atOnce = 4;
-    std::vector<ImageF> alphas;
+    const std::size_t before = delivered_.size();
     for (std::size_t begin = from; begin < to && goesOn; begin += atOnce) {
         const std::size_t end = std::min(to, begin + atOnce);
         std::vector<Delivered> out(end - begin);
@@ -324,13 +324,13 @@ bool ExtractDelivery::deliver(const FootageWindow& window, const matte::Extracti
                 sheetClean_ = out[n].clean;
             }
             if (clean_) clean_->write({window.numbers[k], std::move(out[n].clean), {}, window.extras[k]});
-            alphas.push_back(std::move(out[n].alpha));
+            found.alphas[k] = std::move(out[n].alpha);
             delivered_.push_back(window.numbers[k]);
             goesOn = tell(window.numbers[k]);
         }
         seconds_["write"] += writing.seconds();
     }
-    if (!job_.paper && rains_) gather(alphas, found);
+    if (!job_.paper && rains_) gather(std::span(found.alphas).subspan(from, delivered_.size() - before), found);
     return goesOn;
 }
 

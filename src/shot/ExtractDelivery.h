@@ -39,9 +39,9 @@ public:
 
     /// Frames [from, to) of a solved window. places: of a camera that moved (FrameAlignment.h), or none; with them the
     /// frames still have their breathing exposure. tell(number) after each; false ends it and is returned.
-    bool deliver(const FootageWindow& window, const matte::Extraction& found,
-                 std::span<const matte::FrameAlignment> places, std::size_t from, std::size_t to,
-                 const std::function<bool(FrameNumber)>& tell);
+    /// found.alphas become those that were delivered, so that no frame has two.
+    bool deliver(const FootageWindow& window, matte::Extraction& found, std::span<const matte::FrameAlignment> places,
+                 std::size_t from, std::size_t to, const std::function<bool(FrameNumber)>& tell);
 
     /// Plate, atlas, sheet.
     void finish();

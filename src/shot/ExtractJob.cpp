@@ -449,7 +449,7 @@ private:
     }
 
     template <class Tell>
-    bool deliver(const Window& window, const Solved& solved, std::size_t from, std::size_t to, const Tell& tell)
+    bool deliver(const Window& window, Solved& solved, std::size_t from, std::size_t to, const Tell& tell)
     {
         stopped_ = !delivery_.deliver(window, solved.found, solved.places, from, to, tell);
         return !stopped_;
