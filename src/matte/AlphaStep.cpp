@@ -282,6 +282,33 @@ VIRGA_INLINE void clampAny(const float* __restrict row, int width, Real* __restr
 VIRGA_SIMD void clamp(const float* row, int width, float* to) { clampAny(row, width, to); }
 VIRGA_SIMD void clamp(const float* row, int width, double* to) { clampAny(row, width, to); }
 
+/// Eight rows of eight become columns.
+VIRGA_INLINE void turnTile(const float* from, std::ptrdiff_t fromStep, float* to, std::ptrdiff_t toStep)
+{
+    using P = PackOf<float>;
+    P::Type a[8], b[8];
+    for (int k = 0; k < 8; k += 2) {
+        const P::Type even = P::at(from + k * fromStep), odd = P::at(from + (k + 1) * fromStep);
+        a[k] = __builtin_shufflevector(even, odd, 0, 8, 1, 9, 4, 12, 5, 13);
+        a[k + 1] = __builtin_shufflevector(even, odd, 2, 10, 3, 11, 6, 14, 7, 15);
+    }
+    for (int k = 0; k < 8; k += 4)
+        for (int h = 0; h < 2; ++h) {
+            b[k + 2 * h] = __builtin_shufflevector(a[k + h], a[k + h + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+            b[k + 2 * h + 1] = __builtin_shufflevector(a[k + h], a[k + h + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        }
+    for (int k = 0; k < 4; ++k) {
+        P::at(to + k * toStep) = __builtin_shufflevector(b[k], b[k + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+        P::at(to + (k + 4) * toStep) = __builtin_shufflevector(b[k], b[k + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+    }
+}
+/// So many tiles, the next one `fromNext` and `toNext` on.
+VIRGA_SIMD void turnTiles(const float* from, std::ptrdiff_t fromStep, std::ptrdiff_t fromNext, float* to,
+                          std::ptrdiff_t toStep, std::ptrdiff_t toNext, int tiles)
+{
+    for (int n = 0; n < tiles; ++n) turnTile(from + n * fromNext, fromStep, to + n * toNext, toStep);
+}
+
 template <class Real>
 class ColumnPlane {
 public:
@@ -303,7 +330,7 @@ public:
 
     /// So many rows of the picture go in and out together: where lines are level they lie across the plane, and one at
     /// a time would touch a line of the cache for each value.
-    static constexpr int rowsTogether = 32;
+    static constexpr int rowsTogether = 16;
 
     /// Rows y to y + count of the picture, one after another, from and to; y a multiple of rowsTogether.
     void put(int y, int count, const Real* values)
@@ -312,7 +339,15 @@ public:
             for (int t = 0; t < count; ++t) split(values + t * columns_, columns_, row(y + t, 0), row(y + t, 1));
             return;
         }
-        for (int x = 0; x < rows_; ++x)
+        int x = 0;
+        if constexpr (std::is_same_v<Real, float>)
+            if (count == rowsTogether) {
+                for (int parity = 0; parity < 2; ++parity)
+                    turnTiles(values + parity * rows_, 2 * rows_, 8, row(0, parity) + y / 2, stride_, 8 * stride_,
+                              rows_ / 8);
+                x = rows_ / 8 * 8;
+            }
+        for (; x < rows_; ++x)
             for (int t = 0; t < count; ++t) row(x, t % 2)[(y + t) / 2] = values[t * rows_ + x];
     }
     void get(int y, int count, float* values) const
@@ -321,7 +356,15 @@ public:
             for (int t = 0; t < count; ++t) merge(row(y + t, 0), row(y + t, 1), columns_, values + t * columns_);
             return;
         }
-        for (int x = 0; x < rows_; ++x)
+        int x = 0;
+        if constexpr (std::is_same_v<Real, float>)
+            if (count == rowsTogether) {
+                for (int parity = 0; parity < 2; ++parity)
+                    turnTiles(row(0, parity) + y / 2, stride_, 8 * stride_, values + parity * rows_, 2 * rows_, 8,
+                              rows_ / 8);
+                x = rows_ / 8 * 8;
+            }
+        for (; x < rows_; ++x)
             for (int t = 0; t < count; ++t) values[t * rows_ + x] = float(row(x, t % 2)[(y + t) / 2]);
     }
 
