@@ -201,6 +201,8 @@ TEST(CutAtlas, AKeptStrokeMakesTheTileOfItsFrame)
         draw(alphas[0], 140, 124, 30, 1.0, 0.3, slant);
         const auto strokes = matte::findRainStrokes(alphas, {.slant = slant});
         ASSERT_GE(strokes.size(), 2u) << slant;
+        // Grain, so that no value stands for another.
+        for (std::size_t i = 0; i < alphas[0].size(); ++i) alphas[0].data()[i] += 0.01f * float(i * 7919 % 13);
         for (const auto& stroke : strokes) {
             for (const double acrossWidths : {1.0, 2.5, 16.0}) {
                 const auto kept = matte::keepStroke(alphas[0], stroke, acrossWidths);

@@ -180,6 +180,26 @@ TEST(DryScene, WhatIsNotCoveredIsNotInIt)
     }
 }
 
+// The same where what stands there instead is so near to the scene that nothing else tells it apart.
+TEST(DryScene, WhatIsNotCoveredIsNotInItHoweverNear)
+{
+    auto drawn = drawRain({.frames = 12, .strokes = 0, .noise = 0.008});
+    std::vector<ImageF> covered(12, ImageF(96, 96, 1, 1.0f));
+    for (std::size_t k = 0; k < 5; ++k)
+        for (int y = 0; y < 96; ++y)
+            for (int x = 0; x < 30; ++x) {
+                covered[k].at(x, y) = 0;
+                for (int j = 0; j < 3; ++j) drawn.frames[k].at(x, y, j) = drawn.scene.at(x, y, j) + 0.01f;
+            }
+    const DryScene dry = dryScene(drawn.frames, false, {}, covered);
+    double off = 0;
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 30; ++x)
+            for (int j = 0; j < 3; ++j)
+                off += double(dry.scene.at(x, y, j) - drawn.scene.at(x, y, j)) / (96.0 * 30 * 3);
+    EXPECT_LT(std::abs(off), 0.002);
+}
+
 // Rain that covers a place in three frames of four: told from frames before.
 TEST(DryScene, AStartIsKeptWhereItIsDry)
 {

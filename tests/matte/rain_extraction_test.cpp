@@ -354,7 +354,7 @@ TEST(RemoveRain, LeavesPixelsWithoutRainBitForBit)
     ImageF alpha(7, 2, 1), trust(7, 2, 1, 1.0f);
     for (int x = 0; x < 7; ++x) trust.at(x, 1) = 0;
     ImageF clean = frame;
-    matte::removeRain(clean, alpha, ImageF(7, 2, 3, 0.4f), &trust, color);
+    matte::removeRain(clean, alpha, ImageF(7, 2, 3, 0.9f), &trust, color);  // brighter than C: 0 (C - S) is -0
     EXPECT_EQ(std::memcmp(clean.data(), frame.data(), frame.size() * sizeof(float)), 0);
 }
 
