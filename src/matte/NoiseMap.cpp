@@ -10,6 +10,7 @@ namespace virga::matte {
 namespace {
 
 constexpr std::size_t fewestSamples = 64;
+constexpr double fewestOwn = 2.0;    // frames: of fewer no spread is to be had
 constexpr double leastShare = 0.25;  // of the typical block's
 constexpr int columnStep = 2;
 constexpr std::size_t manyFrames = 12;
@@ -45,6 +46,35 @@ float* addDepths(const float* frame, const float* scene, const float* trust, int
     return to;
 }
 
+/// Columns left up to right, rows top up to bottom, which are no part of it.
+struct Block {
+    int left, top, right, bottom;
+};
+
+/// None of the block's values differs by more than `repeated`.
+bool isRepeated(const ImageF& frame, const ImageF& before, const Block& block, double repeated)
+{
+    for (int y = block.top; y < block.bottom; ++y) {
+        const float *now = frame.pixel(block.left, y), *was = before.pixel(block.left, y);
+        for (int i = 0; i < (block.right - block.left) * frame.channels(); ++i)
+            if (std::abs(now[i] - was[i]) > float(repeated)) return false;
+    }
+    return true;
+}
+
+/// How many frames of their own make a mean as noisy as that of all: a picture that is repeated n times has n^2 times
+/// the say in its variance.
+double ownFrames(std::span<const ImageF> frames, const Block& block, double repeated)
+{
+    double run = 0.0, squares = 0.0;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+        if (k == 0 || !isRepeated(frames[k], frames[k - 1], block, repeated)) run = 0.0;
+        squares += 2.0 * run + 1.0;  // (run + 1)^2 - run^2
+        run += 1.0;
+    }
+    return double(frames.size()) * double(frames.size()) / squares;
+}
+
 }  // namespace
 
 double darkDeviation(std::vector<float>& depths, double repeated)
@@ -72,8 +102,6 @@ NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust,
     const int rows = (height + NoiseMap::block - 1) / NoiseMap::block;
     NoiseMap map;
     map.sigma = ImageF(columns, rows, 1);
-    // The scene was made of these frames and lies nearer to them than the truth does.
-    const float bessel = frames.size() > 1 ? std::sqrt(float(frames.size()) / float(frames.size() - 1)) : 1.0f;
     const std::size_t count = frames.size();
     const std::size_t step = count <= 4 ? 1 : samples == NoiseSamples::Few && count >= manyFrames ? 4 : 2;
     const auto add = channels == 3 ? &addDepths<3> : &addDepths<1>;
@@ -90,7 +118,13 @@ NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust,
                                   b * NoiseMap::block + y % columnStep, std::min(width, (b + 1) * NoiseMap::block),
                                   float(repeated), end);
                 depths.resize(std::size_t(end - depths.data()));
-                map.sigma.at(b, row) = bessel * float(darkDeviation(depths, repeated));
+                const Block block = {b * NoiseMap::block, row * NoiseMap::block,
+                                     std::min(width, (b + 1) * NoiseMap::block),
+                                     std::min(height, (row + 1) * NoiseMap::block)};
+                // The scene was made of these frames and lies nearer to them than the truth does.
+                const double own = std::max(ownFrames(frames, block, repeated), fewestOwn);
+                const double nearer = frames.size() > 1 ? std::sqrt(own / (own - 1.0)) : 1.0;
+                map.sigma.at(b, row) = float(nearer * darkDeviation(depths, repeated));
             }
     });
     std::vector<float> known;

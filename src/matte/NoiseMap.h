@@ -30,8 +30,10 @@ double darkDeviation(std::vector<float>& depths, double repeated);
 /// frames on, which leaves an error of about 5 %.
 enum class NoiseSamples { Many, Few };
 
-/// From the dark side of the scene alone, where rain is not (darkDeviation). A block with too few values there takes
-/// the typical deviation; none is taken for less noisy than a quarter of that, or than `least` (> 0).
+/// From the dark side of the scene alone, where rain is not (darkDeviation), times what a scene that was made of these
+/// frames lies too near to them; a block that is repeated from frame to frame counts as the few pictures that it is. A
+/// block with too few values there takes the typical deviation; none is taken for less noisy than a quarter of that, or
+/// than `least` (> 0).
 ///
 ///   trust     one a frame, or none: values that are not trusted are left out
 ///   repeated  depths up to this are left out, >= 0

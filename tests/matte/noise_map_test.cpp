@@ -81,8 +81,8 @@ TEST(NoiseMap, IsTheNoiseThatWasDrawn)
             }
 }
 
-// Seven of ten blocks are those of the frame before. Beside the true scene that does not show; one that was made of 20
-// such frames knows but six pictures of a block, and a quarter is missing.
+// Seven of ten blocks are those of the frame before, which leaves six pictures of a block in 20 frames. Beside their
+// mean nothing is missing; a trimmed scene is up to 16 % too near to so few.
 TEST(NoiseMap, SeesTheNoiseBetweenRepeatedBlocks)
 {
     const double noise = 2.0 / 255;
@@ -90,12 +90,15 @@ TEST(NoiseMap, SeesTheNoiseBetweenRepeatedBlocks)
         auto drawn = drawRain({.frames = 20, .strokes = 0, .noise = noise, .seed = seed});
         std::mt19937 engine(seed);
         test::repeatBlocks(drawn.frames, 0.7, [&] { return double(engine() >> 8) / double(1 << 24); });
-        EXPECT_NEAR(noiseMap(drawn.frames, {}, drawn.scene, 1e-6, 0.0).typical / noise, 1.0, 0.15) << seed;
+        ImageF mean(96, 96, 3);
+        for (const ImageF& frame : drawn.frames)
+            for (std::size_t i = 0; i < mean.size(); ++i) mean.data()[i] += frame.data()[i] / 20;
+        EXPECT_NEAR(noiseMap(drawn.frames, {}, mean, 1e-6, 0.0).typical / noise, 1.0, 0.1) << seed;
         const double found = matte::dryScene(drawn.frames, true, {}, {}).noise.typical / noise;
-        EXPECT_GT(found, 0.65) << seed;
-        EXPECT_LT(found, 1.15) << seed;
+        EXPECT_GT(found, 0.80) << seed;
+        EXPECT_LT(found, 1.05) << seed;
     }
-    // Frames that stand still but for one: half and more of the values are the scene's, which says nothing of the
+    // Frames that stand still but for three: half and more of the values are the scene's, which says nothing of the
     // noise.
     const auto drawn = drawRain({.frames = 9, .strokes = 0, .noise = noise});
     std::vector<ImageF> frames(9, drawn.scene);
@@ -131,7 +134,7 @@ TEST(NoiseMap, HasAFloor)
                 for (int j = 0; j < 3; ++j) {
                     float& value = drawn.frames[k].at(x, y, j);
                     if (x < 16) value = drawn.scene.at(x, y, j);
-                    if (x >= 16 && x < 32) value = drawn.scene.at(x, y, j) - 0.0004f * float(1 + (x + y) % 7);
+                    if (x >= 16 && x < 32) value = drawn.scene.at(x, y, j) - 0.0002f * float(1 + (x + y) % 7);
                     if (x >= 32) value = 0;
                     if (x >= 32) trust[k].at(x, y) = 0;
                 }
