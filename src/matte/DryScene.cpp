@@ -20,13 +20,13 @@ constexpr std::size_t fewestForMovers = 5;
 constexpr double leastNoise = 1e-4;      // of the range
 constexpr double leastStep = 0.5 / 255;  // of the range: less is no evidence that something moves
 
-/// What is bright in the footage: the 999th permille of the scene's values.
+/// What is bright in the footage: the 99th percentile of the scene's values; less than a hundredth may be lamps.
 double rangeOf(const ImageF& scene)
 {
     const std::size_t stride = scene.size() / 100'000 + 1;
     std::vector<float> values;
     for (std::size_t i = 0; i < scene.size(); i += stride) values.push_back(scene.data()[i]);
-    const auto at = values.begin() + std::ptrdiff_t((values.size() - 1) * 999 / 1000);
+    const auto at = values.begin() + std::ptrdiff_t((values.size() - 1) * 99 / 100);
     std::nth_element(values.begin(), at, values.end());
     return *at > 0.0f ? double(*at) : 1.0;
 }

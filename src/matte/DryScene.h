@@ -13,7 +13,7 @@ struct DryScene {
     NoiseMap noise;             // about it
     std::vector<ImageF> trust;  // one a frame (SceneTrust.h); empty: nothing moves, everything is trusted
     bool hasMovers = false;     // something was seen to move
-    double range = 1.0;         // what is bright: the 999th permille of the scene's values, > 0
+    double range = 1.0;         // what is bright: the 99th percentile of the scene's values, > 0
 };
 
 /// Per value the mean of what lies within -2.5 and 2 sigma of the scene, sigma the noise on its dark side, again and

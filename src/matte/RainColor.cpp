@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -260,7 +261,7 @@ RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, d
                     int selections)
 {
     RainColor result;
-    const double meanSigma = std::max(sigma, 1e-6) / std::sqrt(double(scene.channels()));
+    const double meanSigma = std::max(sigma, std::numeric_limits<double>::min()) / std::sqrt(double(scene.channels()));
     const Residual residual(footage, scene, meanSigma);
     const ChannelLinks links = linkChannels(residual, strongLimit * meanSigma);
     if (links.samples < fewestStrong) return result;

@@ -35,8 +35,9 @@ constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;            // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;      // strokes that the statistics are made of
 constexpr double leastGain = 0.1, mostGain = 10;  // of the environment, for --match
-constexpr double clearScore = 0.3;                // of a stroke that counts when it is asked whether it rains
-constexpr double clearly = 2.5;  // so many times more bright ones than dark ones: codecs and leaves make both alike
+constexpr double fewestClear = 1;
+constexpr double clearScore = 0.3;  // of a stroke that counts when it is asked whether it rains
+constexpr double clearly = 2.5;     // so many times more bright ones than dark ones: codecs and leaves make both alike
 constexpr double denseMass = 10.0, leastMass = 1.0, denseCoherence = 0.3;
 constexpr float wet = 0.05f;  // alpha, for the share of the picture that it rains in
 constexpr int sheetColumns = 16;
@@ -232,7 +233,7 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
         dark.push_back(toLinearAlpha(alpha, found.scene));
     darkStrokes_ = clearStrokes(matte::findRainStrokes(dark, options));
     darkMass_ = massOf(dark);
-    const bool hasStrokes = brightStrokes_ > clearly * darkStrokes_ + 3 * std::sqrt(darkStrokes_ + 1.0);
+    const bool hasStrokes = brightStrokes_ > clearly * darkStrokes_ + 3 * std::sqrt(darkStrokes_ + 1.0) + fewestClear;
     // Where it rains so hard that strokes cannot be told from each other.
     const bool isDense = brightMass_ > denseMass * darkMass_ && brightMass_ > leastMass * options.noise &&
                          found.direction.coherence > denseCoherence;
@@ -384,6 +385,9 @@ void ExtractDelivery::finish()
         const int columns = std::min(sheetColumns, atlas_->count());
         io::writeExr(path("atlas.exr"), matte::atlasSheet(*atlas_, columns), {"A"}, false);
         writeText(path("atlas.json"), matte::atlasJson(*atlas_, columns));
+    } else {  // one of an earlier extraction is not this footage's
+        std::error_code error;
+        for (const char* name : {"atlas.exr", "atlas.json"}) std::filesystem::remove(path(name), error);
     }
     if (!sheetFrame_.empty())
         io::writePng(path("sheet.png"),
@@ -394,6 +398,7 @@ void ExtractDelivery::finish()
 /// What the strokes say of the rain: under "rain" with its uncertainty, under "match" as settings of `virga rain`.
 void ExtractDelivery::addEstimate(json& rain, json& match) const
 {
+    rain["rate_mm_h"] = rain["exposure_s"] = json();
     if (countedFrames_ == 0) return;
     const io::PlateInfo& info = footage_.info();
     matte::RainEstimateOptions options;
@@ -421,8 +426,6 @@ void ExtractDelivery::addEstimate(json& rain, json& match) const
                  {"exposure", job_.exposure_s.value_or(e.exposure_s)},
                  {"opacity", e.opacity},
                  {"wind", {e.wind_m_s, 0.0}}};
-    } else {
-        rain["rate_mm_h"] = rain["exposure_s"] = json();
     }
     if (atlas_ && e.found) match["mattes"] = "atlas.exr";
 }

@@ -48,20 +48,29 @@ std::vector<FrameNumber> framesOf(const ExtractJobOptions& options, const io::Pl
     return frames;
 }
 
-/// RGBA -> RGB; what is not finite becomes 0 and is marked in `finite`, which stays empty if all is.
-std::size_t takeColor(const ImageF& rgba, ImageF& rgb, ImageF& finite)
+/// What sums of squares of pixels can be made of.
+bool isUsable(float value) { return std::abs(value) < 1e15f; }
+
+struct Repaired {
+    std::size_t values = 0, pixels = 0;
+};
+
+/// RGBA -> RGB; what is not finite, or as good as infinite, becomes 0 and is marked in `finite`, which stays empty if
+/// all is.
+Repaired takeColor(const ImageF& rgba, ImageF& rgb, ImageF& finite)
 {
     rgb = ImageF(rgba.width(), rgba.height(), 3);
-    std::size_t repaired = 0;
+    Repaired repaired;
     for (std::size_t i = 0; i < rgb.size() / 3; ++i) {
         const float* from = rgba.data() + 4 * i;
         float* to = rgb.data() + 3 * i;
         std::copy_n(from, 3, to);
-        if (std::isfinite(from[0]) && std::isfinite(from[1]) && std::isfinite(from[2])) continue;
+        if (isUsable(from[0]) && isUsable(from[1]) && isUsable(from[2])) continue;
         if (finite.empty()) finite = ImageF(rgba.width(), rgba.height(), 1, 1.0f);
         finite.data()[i] = 0.0f;
+        ++repaired.pixels;
         for (int j = 0; j < 3; ++j)
-            if (!std::isfinite(to[j])) to[j] = 0.0f, ++repaired;
+            if (!isUsable(to[j])) to[j] = 0.0f, ++repaired.values;
     }
     return repaired;
 }
@@ -121,8 +130,10 @@ FootageWindow ExtractFootage::readLinear(const std::vector<FrameNumber>& numbers
         one.numbers = {number};
         one.frames.resize(1);
         ImageF finite;
-        const std::size_t repaired = takeColor(frame->pixels, one.frames[0], finite);
-        if (isFirstTime) repairedValues_ += repaired;
+        const Repaired repaired = takeColor(frame->pixels, one.frames[0], finite);
+        if (isFirstTime) repairedValues_ += repaired.values;
+        damagedPixels_ += repaired.pixels;
+        pixels_ += one.frames[0].size() / 3;
         if (!finite.empty()) one.finite.push_back(std::move(finite));
         if (info().hasAlpha) {
             ImageF& coverage = one.coverages.emplace_back(info().width, info().height, 1);

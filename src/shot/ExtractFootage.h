@@ -36,6 +36,8 @@ public:
     const std::vector<FrameNumber>& frames() const { return frames_; }
     int channels() const { return channels_; }
     std::size_t repairedValues() const { return repairedValues_; }
+    /// Of all pixels that were read, those with a value that is not finite.
+    double damagedShare() const { return pixels_ > 0 ? double(damagedPixels_) / double(pixels_) : 0.0; }
     const std::vector<std::string>& repairedFrames() const { return repairedFrames_; }
     double seconds() const { return seconds_; }  ///< spent waiting for frames
 
@@ -53,7 +55,7 @@ private:
     std::vector<FrameNumber> frames_;
     int channels_ = 3;
     std::set<FrameNumber> asked_;  // some frames are read twice: for the survey and for their window
-    std::size_t repairedValues_ = 0;
+    std::size_t repairedValues_ = 0, damagedPixels_ = 0, pixels_ = 0;
     std::vector<std::string> repairedFrames_;
     double seconds_ = 0;
 };

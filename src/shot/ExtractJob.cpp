@@ -29,9 +29,12 @@ using nlohmann::json;
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double mostUntrusted = 0.35;       // of all samples: beyond it no scene stands still
 constexpr double mostUntrustedIfLost = 0.1;  // the same where three frames could not be registered either
-constexpr double mostMotion_px = 1.0;        // of a camera that stands; registration of three frames is good to 0.3
-constexpr int judgedWidth = 400;             // [px], of the frames that this is found from, at least
+// Of a camera that stands: registration of three frames is good to 0.3 px where they are large, to 2.4 px where they
+// are 96 x 96 under rain.
+constexpr double mostMotion_px = 1.0, mostMotionOfSmall_px2 = 250;
+constexpr int judgedWidth = 400;  // [px], of the frames that this is found from, at least
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
+constexpr double mostOfRange = 0.8;
 constexpr float addedColor = 1.5f, mostReal = 3.0f;  // of the brightest of the footage
 constexpr std::size_t judgedColumns = 200;           // of the frames that tell in which space the model fits
 
@@ -356,7 +359,8 @@ private:
                 cameraMotion_px_ = std::max(cameraMotion_px_, step * place.motion_px);
         }
         seconds_["camera"] += timer.seconds();
-        if (cameraMotion_px_ > mostMotion_px)
+        const double size = std::min(footage_.info().width, footage_.info().height);
+        if (cameraMotion_px_ > mostMotion_px + mostMotionOfSmall_px2 / size)
             stopOrGoOn(fmt::format("the camera moves, by {:.1f} px at the corners; --stabilize registers the frames",
                                    cameraMotion_px_));
         isLost_ = lost > 0;
@@ -372,7 +376,7 @@ private:
 
     void judgeStillness(const Solved& solved)
     {
-        untrusted_ = untrustedShare(solved.found);
+        untrusted_ = std::max(0.0, untrustedShare(solved.found) - footage_.damagedShare());
         double residual = 0, inliers = 1;
         std::size_t lost = 0;
         for (const matte::FrameAlignment& place : solved.places) {
@@ -396,7 +400,8 @@ private:
     }
 
     /// C where the strokes do not tell: what a drop returns of the light around the plate, if that is brighter than
-    /// the ground that rain is seen over, as it has to be; else half as bright again as the brightest.
+    /// the ground that rain is seen over and than most of the scene, as it has to be; else half as bright again as the
+    /// brightest.
     void fallBack(const matte::Extraction& found)
     {
         ImageF plate = found.scene;
@@ -404,7 +409,7 @@ private:
         const std::array<float, 3> color = toModelColor(environmentColor(plate, job_.fov_deg * degree), space_.space);
         const double mean = (double(color[0]) + color[1] + color[2]) / 3;
         const auto assumed = float(addedColor * found.range);
-        const bool isBright = mean > found.brightestWet;
+        const bool isBright = mean > std::max(found.brightestWet, mostOfRange * found.range);
         options_.fallbackColor = isBright ? color : std::array{assumed, assumed, assumed};
         fallbackName_ = isBright ? "environment" : "assumed";
     }

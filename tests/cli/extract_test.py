@@ -175,7 +175,7 @@ class IntoRain(ExtractTest):
         report = self.extract("wet.%04d.exr")
         rain, match = report["rain"], report["match"]
         self.assertIs(rain["found"], True)
-        self.assertEqual(set(match), {"rate", "exposure", "opacity", "wind", "mattes"})
+        self.assertEqual(set(match), {"rate", "exposure", "opacity", "wind", "mattes", "env-gain", "fog-color"})
         self.assertEqual((match["rate"], match["exposure"]), (rain["rate_mm_h"], rain["exposure_s"]))
         low, high = rain["rate_range_mm_h"]
         self.assertTrue(low < 60 < high, rain)
