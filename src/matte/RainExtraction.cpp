@@ -190,16 +190,21 @@ public:
     bool step(double tolerance)
     {
         solveAlpha(footage_, to_.scene, to_.terms, to_.alphas, tolerance);
+        if (!falls(objective())) return false;
         solveScene(footage_, to_.alphas, to_.terms, to_.scene, tolerance);
-        const RainObjective now = objective();
-        to_.history.push_back(now);
+        to_.history.push_back(objective());
+        return falls(to_.history.back());
+    }
+
+private:
+    RainObjective objective() const { return rainObjective(footage_, to_.scene, to_.alphas, to_.terms); }
+    bool falls(const RainObjective& now)
+    {
         to_.rose |= now.total() > before_ * (1.0 + roundingShare);
         before_ = now.total();
         return !to_.rose;
     }
 
-private:
-    RainObjective objective() const { return rainObjective(footage_, to_.scene, to_.alphas, to_.terms); }
     const Footage& footage_;
     Extraction& to_;
     double before_ = 0;

@@ -61,7 +61,7 @@ struct Extraction {
     NoiseMap noise;
     RainTerms terms;                     // those of the last solve
     std::vector<RainObjective> history;  // F after each scene step
-    bool rose = false;                   // F rose in a step of alphas and scene, beyond rounding
+    bool rose = false;                   // F rose in a half step, beyond rounding: the steps were ended there
 };
 
 /// The frames, in order, from a camera that stands still; they lose their breathing exposure (divided by `gains`).

@@ -246,6 +246,8 @@ private:
         if (window.size() == 0)
             throw Error(ErrorCode::Input, "'{}': none of the frames {} could be read", job_.footage,
                         formatFrameRange(footage_.frames()));
+        if (footage_.damagedShare() >= 1.0)
+            throw Error(ErrorCode::Input, "'{}': no pixel is a finite number", job_.footage);
         judgeCamera(window);
         const Timer timer;
         space_ = chooseSpace(job_, footage_.info(), window);

@@ -108,10 +108,10 @@ TEST(DryScene, GrowsWithTheFootage)
         EXPECT_NEAR(many.range / factor / one.range, 1.0, 1e-5);
         EXPECT_NEAR(many.noise.typical / factor / one.noise.typical, 1.0, 1e-3);
     }
-    // The 999th permille of the true scene, within the noise.
+    // The 99th percentile of the true scene, within the noise.
     std::vector<float> values(drawn.scene.values().begin(), drawn.scene.values().end());
     std::sort(values.begin(), values.end());
-    EXPECT_NEAR(one.range, values[(values.size() - 1) * 999 / 1000], 0.01);
+    EXPECT_NEAR(one.range, values[(values.size() - 1) * 99 / 100], 0.01);
 }
 
 // Dark, then bright: the scene where it walked is as good as in the rows that it never met, but for the frames that it
