@@ -20,6 +20,8 @@ constexpr int fewestStrong = 200;
 constexpr float leastTrust = 0.5f;
 constexpr std::size_t enoughPixels = 2'500'000, fewestFrames = 6;  // that pairs are looked for in
 constexpr int firstLag = 2, lags = 2;  // steps along the rain from one of a pair to the other
+constexpr double lamp = 4.0;           // times the guess of C
+constexpr std::size_t contrastStride = 3;
 constexpr double leastContrast = 0.1;  // of the typical |C - S|, where the limit for wet samples ends to fall
 constexpr int rounds = 3;              // of weighing the channels by how sure they are
 
@@ -48,9 +50,10 @@ VIRGA_SIMD void markWet(const float* __restrict mean, const float* __restrict tr
 /// on, are some of the footage's, evenly spread.
 class Residual {
 public:
-    Residual(const Footage& footage, const ImageF& scene, double sigma)
+    Residual(const Footage& footage, const ImageF& scene, double sigma, double brightest)
         : width(scene.width()), height(scene.height()), channels(scene.channels()), footage_(footage), scene_(scene),
-          sums_(width, height, channels), counts_(width, height, 1), limit_(float(dryLimit * sigma))
+          sums_(width, height, channels), counts_(width, height, 1), limit_(float(dryLimit * sigma)),
+          brightest_(float(brightest))
     {
         const std::size_t all = footage.frames.size(), pixels = counts_.size();
         const std::size_t count = std::min(all, std::max(fewestFrames, enoughPixels / pixels));
@@ -99,7 +102,11 @@ public:
                     limits.row(y), width, wet.row(y));
         return wet;
     }
-    bool isTrusted(std::size_t n, std::size_t i) const { return footage_.trusted(which_[n], i) > leastTrust; }
+    /// Not so a lamp: between it and what is beside it the scene is so steep that nothing else would have a say.
+    bool isTrusted(std::size_t n, std::size_t i) const
+    {
+        return footage_.trusted(which_[n], i) > leastTrust && scene_.data()[at(i, 0)] <= brightest_;
+    }
     std::size_t frames() const { return which_.size(); }
 
 private:
@@ -118,7 +125,7 @@ private:
     ImageF sums_, counts_;
     std::vector<std::size_t> which_;
     std::vector<ImageF> means_;
-    float limit_;
+    float limit_, brightest_;
 };
 
 /// C = offset + slope * (mean of C), channel by channel.
@@ -165,9 +172,12 @@ struct Moments {
 ImageF wetLimits(const ImageF& ground, double wet, double color)
 {
     ImageF limits(ground.width(), ground.height(), 1);
-    double typical = 0.0;
-    for (const float mean : ground.values()) typical += std::abs(color - mean);
-    typical /= double(ground.size());
+    std::vector<float> contrasts;  // their median: a lamp is brighter than everything else together
+    for (std::size_t i = 0; i < ground.size(); i += contrastStride)
+        contrasts.push_back(std::abs(float(color) - ground.data()[i]));
+    const auto middle = contrasts.begin() + std::ptrdiff_t(contrasts.size() / 2);
+    std::nth_element(contrasts.begin(), middle, contrasts.end());
+    const double typical = *middle;
     const auto least = float(leastContrast * typical), scale = float(wet / std::max(typical, 1e-30));
     for (std::size_t i = 0; i < limits.size(); ++i)
         limits.data()[i] = scale * std::max(std::abs(float(color) - ground.data()[i]), least);
@@ -262,7 +272,7 @@ RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, d
 {
     RainColor result;
     const double meanSigma = std::max(sigma, std::numeric_limits<double>::min()) / std::sqrt(double(scene.channels()));
-    const Residual residual(footage, scene, meanSigma);
+    const Residual residual(footage, scene, meanSigma, lamp * std::abs(guess));
     const ChannelLinks links = linkChannels(residual, strongLimit * meanSigma);
     if (links.samples < fewestStrong) return result;
 

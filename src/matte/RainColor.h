@@ -28,7 +28,7 @@ struct RainColor {
 ///   scene       S, solved
 ///   slant       as in RainTerms
 ///   sigma       noise of a value
-///   guess       of C's channels' mean
+///   guess       of C's channels' mean; where the scene is more than four times as bright there is a lamp, and left out
 ///   selections  of the pairs, each with the C that the last one gave, >= 1: one is enough where the guess is near
 RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, double sigma, double guess = 1.0,
                     int selections = 3);

@@ -155,6 +155,16 @@ void setCosts(const std::vector<ImageF>& alphas, const ImageF& contrast, const N
     });
 }
 
+/// Of every third of the values, of which there is one at least.
+double medianOf(std::span<const float> values)
+{
+    std::vector<float> some;
+    for (std::size_t i = 0; i < values.size(); i += 3) some.push_back(values[i]);
+    const auto middle = some.begin() + std::ptrdiff_t(some.size() / 2);
+    std::nth_element(some.begin(), middle, some.end());
+    return *middle;
+}
+
 double meanOf(std::span<const float> values)
 {
     double sum = 0.0;
@@ -167,7 +177,7 @@ ColorSource sourceOf(const RainColor& found, const ImageF& scene, double range)
 {
     if (!found.found) return ColorSource::Fallback;
     const double color = meanOf(std::span(found.color).first(std::size_t(scene.channels())));
-    const double gap = std::abs(color - meanOf(scene.values()));
+    const double gap = std::abs(color - medianOf(scene.values()));
     if (found.error <= leastSure * gap && color > 0.0) return ColorSource::Strokes;
     return color - surely * found.error > brightestReal * range ? ColorSource::Added : ColorSource::Fallback;
 }
@@ -270,9 +280,8 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
     const auto setTerms = [&] {
         const double sigma = dry.noise.typical;
         const ImageF contrast = contrastOf(result.scene, terms.color);
-        double square = 0.0;
-        for (const float gap : contrast.values()) square += double(gap) * gap / double(contrast.size());
-        terms.mu = options.mu.value_or(std::pow(sigma / (slopeOfRain * dry.range), 2) * square);
+        const double gap = medianOf(contrast.values());  // a lamp is brighter than everything else together
+        terms.mu = options.mu.value_or(std::pow(sigma * gap / (slopeOfRain * dry.range), 2));
         terms.lambda = options.lambda.value_or(std::min(std::pow(sigma / (slopeOfScene * dry.range), 2), mostLambda));
     };
     terms.color = options.color.value_or(fallback);

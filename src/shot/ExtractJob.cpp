@@ -28,13 +28,14 @@ using nlohmann::json;
 
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double mostUntrusted = 0.35;       // of all samples: beyond it no scene stands still
-constexpr double mostUntrustedIfLost = 0.1;  // the same where three frames could not be registered either
+constexpr double mostUntrustedIfLost = 0.05;  // the same where three frames could not be registered either
 // Of a camera that stands: registration of three frames is good to 0.3 px where they are large, to 2.4 px where they
 // are 96 x 96 under rain.
 constexpr double mostMotion_px = 1.0, mostMotionOfSmall_px2 = 250;
 constexpr int judgedWidth = 400;  // [px], of the frames that this is found from, at least
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
 constexpr double mostOfRange = 0.8;
+constexpr double mostNoise = 0.1;                    // of what is bright: twice as much as the noisiest footage has
 constexpr float addedColor = 1.5f, mostReal = 3.0f;  // of the brightest of the footage
 constexpr std::size_t judgedColumns = 200;           // of the frames that tell in which space the model fits
 
@@ -398,6 +399,9 @@ private:
         else if (untrusted_ > mostUntrusted || (isLost_ && untrusted_ > mostUntrustedIfLost))
             problem = fmt::format("{:.0f} % of the samples are of things that move{}", 100 * untrusted_,
                                   job_.stabilize ? "" : "; for a camera that shakes or pans there is --stabilize");
+        else if (solved.found.noise.typical > mostNoise * solved.found.range)
+            problem = fmt::format("its frames differ everywhere, by {:.0f} % of what is bright in it",
+                                  100 * solved.found.noise.typical / solved.found.range);
         if (!problem.empty()) stopOrGoOn(problem);
     }
 
