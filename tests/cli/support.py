@@ -2,7 +2,6 @@
 
 Each file is a CTest test of its own (CMakeLists.txt). By hand: VIRGA=build/bin/virga python3 tests/cli/usage_test.py -v
 """
-import functools
 import hashlib
 import json
 import os
@@ -116,22 +115,6 @@ class CliTest(unittest.TestCase):
 
     def path(self, name):
         return str(self.folder / name)
-
-
-def knownFault(reason):
-    """A test that may fail, for a fault elsewhere that is reported: it is then skipped with the reason. It passes as soon as
-    the fault is mended; take the decorator away then."""
-    def decorate(test):
-        @functools.wraps(test)
-        def run(self):
-            try:
-                test(self)
-            except AssertionError:
-                for left in self.leftovers():
-                    os.remove(left)
-                self.skipTest("known fault: " + reason)
-        return run
-    return decorate
 
 
 def writeImage(path, pixels, kind="half", channels=None):
