@@ -33,6 +33,7 @@ constexpr double toleranceBelow = 1e-4;
 constexpr float opaque = 0.99f;          // what is behind more than this is not there to be seen
 constexpr double leastStep = 0.5 / 255;  // of the range: rises that are less say nothing of C
 constexpr int stepsARound = 2;
+constexpr double nearby = 0.3;          // sigma, on average: a scene that its first step moves less needs one a round
 constexpr double roundingShare = 1e-6;  // of F: what rounding may add in a step
 
 VIRGA_SIMD void keepAbove(float* __restrict rises, const float* __restrict trusted, float limit, int count)
@@ -190,6 +191,18 @@ std::array<float, 3> capped(std::array<float, 3> color, double most)
     return color;
 }
 
+double meanDistance(const ImageF& one, const ImageF& other)
+{
+    double sum = 0.0;
+    for (int y = 0; y < one.height(); ++y) {
+        const float *a = one.row(y), *b = other.row(y);
+        float row = 0.0f;
+        for (int i = 0; i < one.width() * one.channels(); ++i) row += std::abs(a[i] - b[i]);
+        sum += double(row);
+    }
+    return sum / double(one.size());
+}
+
 /// F falls in each step, of alphas and then of the scene, or the loop ends. (That either half lets it fall is what
 /// tests/matte/alternation_test.cpp asks.)
 class Descent {
@@ -302,14 +315,19 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         terms.color = isFound ? capped(found.color, brightestColor * dry.range) : fallback;
         result.colorError = found.error;
     };
+    int steps = stepsARound;
     for (int round = 0; round < options.rounds && !result.rose; ++round) {
         setTerms();
         setCosts(result.alphas, contrastOf(result.scene, terms.color), dry.noise, terms.slant, costs);
         const Footage footage{frames, dry.trust, costs};
         Descent descent(footage, result);
         descent.begin();
-        for (int step = 0; step < stepsARound; ++step)
-            if (!descent.step(options.tolerance)) break;
+        const ImageF before = round == 0 ? result.scene : ImageF();
+        for (int step = 0; step < steps && descent.step(options.tolerance); ++step) {
+            // Few frames and dense rain begin far from their scene and come to it slowly. Elsewhere the next round's
+            // costs and colour change more than a second step does.
+            if (round == 0 && step == 0 && meanDistance(before, result.scene) < nearby * dry.noise.typical) steps = 1;
+        }
         if (round == 0) renewTrust(frames, result.scene, covered, dry);
         if (!options.slant) {
             result.direction = rainDirection(result.alphas);

@@ -11,6 +11,8 @@
 //   cost        on alpha, linear, in units of its noise: 1.5 sigma for a speck that stands alone, next to nothing
 //               where alphas along the rain speak for a stroke
 //   C           from the strokes' own samples over backgrounds that differ (RainColor.h), unless it is given
+//   steps       of alphas and scene: one a round, or two where the first one moves the scene by 0.3 sigma on average, as
+//               few frames and dense rain do
 //
 // Footage times a factor gives the same alphas: nothing here knows what white is.
 #pragma once
