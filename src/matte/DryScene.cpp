@@ -121,17 +121,18 @@ double shareBelow(std::span<const ImageF> frames, const DryScene& dry)
     return sum / (double(frames.size()) * double(width) * double(dry.scene.height()));
 }
 
-/// Scene and noise from `scene`, in turn.
+void measureNoise(std::span<const ImageF> frames, NoiseSamples samples, DryScene& dry)
+{
+    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range, samples);
+}
+
+/// Scene and noise from `scene`, in turn. The last noise, which is handed out, is still to be measured.
 void settle(std::span<const ImageF> frames, DryScene& dry)
 {
-    const auto measure = [&](NoiseSamples samples) {
-        dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range, samples);
-    };
     for (int pass = 0; pass < trimmings; ++pass) {
-        measure(NoiseSamples::Few);
+        measureNoise(frames, NoiseSamples::Few, dry);
         trimScene(frames, dry.trust, dry.noise, 0.0, dry.scene);
     }
-    measure(NoiseSamples::Many);
 }
 
 }  // namespace
@@ -144,31 +145,35 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     dry.scene = begin;
     dry.trust.assign(covered.begin(), covered.end());
     settle(frames, dry);
-    if (!movers || frames.size() < fewestForMovers) return dry;
-    dry.hasMovers = true;
+    dry.hasMovers = movers && frames.size() >= fewestForMovers;
     renewTrust(frames, dry.scene, covered, dry);
-    if (!dry.hasMovers) return dry;
+    if (!dry.hasMovers) {
+        measureNoise(frames, NoiseSamples::Many, dry);
+        return dry;
+    }
 
     // Something is darker than the scene. Either it moves, or the scene is rain, where that covers a pixel most of the
     // time: then a darker scene explains everything, as nothing but what moves is darker than that.
     DryScene darker{lowerQuarterMean(frames), {}, {covered.begin(), covered.end()}, true, dry.range};
     // The noise about the first scene may be rain as well. About this one, which lies a deviation low, half of it
     // shows.
-    darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
+    measureNoise(frames, NoiseSamples::Few, darker);
     for (std::size_t i = 0; i < darker.noise.sigma.size(); ++i)
         darker.noise.sigma.data()[i] = std::min(2.0f * darker.noise.sigma.data()[i], dry.noise.sigma.data()[i]);
     for (int pass = 0; pass < trimmings; ++pass)
         trimScene(frames, darker.trust, darker.noise, leastStep * dry.range, darker.scene);
-    renewTrust(frames, darker.scene, covered, darker);
-    darker.noise = noiseMap(frames, darker.trust, darker.scene, leastNoise * dry.range, leastStep * dry.range);
-    if (!darker.hasMovers) return darker;
-    dry.scene = begin;
-    settle(frames, dry);
-    renewTrust(frames, dry.scene, covered, dry);
-    // Nearly everything moves, or the scene is rain after all: then next to nothing is darker than the darker one.
-    if (untrustedShare(dry.trust) < mostMoving || shareBelow(frames, darker) > leastMoving) return dry;
+    darker.hasMovers = somethingMoves(frames, darker.scene, leastStep * dry.range);
+    if (darker.hasMovers) {
+        dry.scene = begin;
+        settle(frames, dry);
+        measureNoise(frames, NoiseSamples::Many, dry);
+        renewTrust(frames, dry.scene, covered, dry);
+        // Nearly everything moves, or the scene is rain after all: then next to nothing is darker than the darker one.
+        if (untrustedShare(dry.trust) < mostMoving) return dry;
+    }
+    measureNoise(frames, NoiseSamples::Many, darker);
+    if (darker.hasMovers && shareBelow(frames, darker) > leastMoving) return dry;
     darker.hasMovers = false;
-    darker.trust.assign(covered.begin(), covered.end());
     return darker;
 }
 

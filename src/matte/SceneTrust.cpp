@@ -238,22 +238,53 @@ double noiseLevel(std::span<const ImageF> frames, const ImageF& scene, double re
     return darkDeviation(below, repeated);
 }
 
+namespace {
+
+/// What sceneTrust looks at: how far the frames' means are from the scene's, and where something moves.
+struct Evidence {
+    std::vector<ImageF> differences;
+    double sigma = 0;
+    Image<char> tiles;
+
+    bool isEmpty() const
+    {
+        return std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; });
+    }
+};
+
+Evidence evidenceIn(std::span<const ImageF> frames, const ImageF& scene, double leastNoise)
+{
+    assert(scene.channels() == 1 || scene.channels() == 3);
+    Evidence found;
+    found.differences.resize(frames.size());
+    parallelFor(0, std::ptrdiff_t(frames.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
+            ImageF& difference = found.differences[k];
+            difference = ImageF(scene.width(), scene.height(), 1);
+            meanDifference(frames[k].data(), scene.data(), scene.channels(), difference.size(), difference.data());
+        }
+    });
+    const ImageF none(scene.width(), scene.height(), 1);
+    found.sigma = std::max(noiseLevel(found.differences, none, leastNoise), leastNoise);
+    found.tiles = tilesWithEvidence(found.differences, found.sigma, leastNoise);
+    return found;
+}
+
+}  // namespace
+
+bool somethingMoves(std::span<const ImageF> frames, const ImageF& scene, double leastNoise)
+{
+    return !frames.empty() && !evidenceIn(frames, scene, leastNoise).isEmpty();
+}
+
 std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene, double leastNoise)
 {
     const auto count = std::ptrdiff_t(frames.size());
     if (frames.empty()) return {};
-    assert(scene.channels() == 1 || scene.channels() == 3);
+    Evidence seen = evidenceIn(frames, scene, leastNoise);
+    if (seen.isEmpty()) return {};
     const auto room = [&] { return ImageF(scene.width(), scene.height(), 1); };
-    std::vector<ImageF> most(frames.size()), trust(frames.size());
-    parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
-            trust[k] = room();
-            meanDifference(frames[k].data(), scene.data(), scene.channels(), trust[k].size(), trust[k].data());
-        }
-    });
-    const double sigma = std::max(noiseLevel(trust, room(), leastNoise), leastNoise);
-    const Image<char> tiles = tilesWithEvidence(trust, sigma, leastNoise);
-    if (std::none_of(tiles.values().begin(), tiles.values().end(), [](char seen) { return seen != 0; })) return {};
+    std::vector<ImageF> most(frames.size()), trust = std::move(seen.differences);
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         ImageF broad = room();
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
@@ -265,8 +296,8 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         Room of{room(), room(), room()};
         for (auto k = std::size_t(first); k < std::size_t(last); ++k)
-            trustOf(trust[k], k > 0 ? &most[k - 1] : nullptr, k + 1 < frames.size() ? &most[k + 1] : nullptr, tiles,
-                    sigma, of);
+            trustOf(trust[k], k > 0 ? &most[k - 1] : nullptr, k + 1 < frames.size() ? &most[k + 1] : nullptr,
+                    seen.tiles, seen.sigma, of);
     });
     return trust;
 }

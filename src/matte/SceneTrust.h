@@ -33,4 +33,7 @@ double noiseLevel(std::span<const ImageF> frames, const ImageF& scene, double re
 ///   leastNoise  noise is not taken for less; differences up to this are left out where it is measured (NoiseMap.h)
 std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& scene, double leastNoise = 0.0);
 
+/// Whether sceneTrust finds anything.
+bool somethingMoves(std::span<const ImageF> frames, const ImageF& scene, double leastNoise = 0.0);
+
 }  // namespace virga::matte

@@ -36,6 +36,7 @@ TEST(SceneTrust, NoiseAndRainAreNoThings)
 {
     const auto dry = test::drawRain({.strokes = 0, .noise = 0.02});
     EXPECT_EQ(shareUntrusted(matte::sceneTrust(dry.frames, dry.scene)), 0.0);
+    EXPECT_FALSE(matte::somethingMoves(dry.frames, dry.scene));
     for (const double noise : {0.003, 0.01, 0.03}) {
         const auto wet = test::drawRain({.strokes = 4, .slant = 0.1, .noise = noise});
         EXPECT_LT(shareUntrusted(matte::sceneTrust(wet.frames, wet.scene)), 0.01) << noise;
@@ -53,6 +54,7 @@ TEST(SceneTrust, ThingsAreFoundWhetherDarkOrBright)
                 for (int x = left(k); x < left(k) + 20; ++x)
                     for (int j = 0; j < 3; ++j) drawn.frames[std::size_t(k)].at(x, y, j) = level;
         const auto trust = matte::sceneTrust(drawn.frames, drawn.scene);
+        EXPECT_TRUE(matte::somethingMoves(drawn.frames, drawn.scene));
         ASSERT_EQ(trust.size(), 6u);
         for (int k = 0; k < 6; ++k) {
             for (int y = 30; y < 60; ++y)
@@ -69,6 +71,7 @@ TEST(SceneTrust, FootageWithoutNoiseIsTrusted)
     const auto still = test::drawRain({.strokes = 0});
     EXPECT_EQ(shareUntrusted(matte::sceneTrust(still.frames, still.scene)), 0.0);
     EXPECT_TRUE(matte::sceneTrust({}, still.scene).empty());
+    EXPECT_FALSE(matte::somethingMoves({}, still.scene));
 }
 
 }  // namespace
