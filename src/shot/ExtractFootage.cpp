@@ -77,6 +77,22 @@ Repaired takeColor(const ImageF& rgba, ImageF& rgb, ImageF& finite)
 
 }  // namespace
 
+std::vector<WindowSpan> windowSpans(std::size_t frames, std::size_t window)
+{
+    if (2 * frames <= 3 * window) return {{0, frames, 0, frames}};
+    std::vector<WindowSpan> spans;
+    const std::size_t hop = std::max<std::size_t>(1, window / 2);
+    std::size_t delivered = 0;
+    for (std::size_t first = 0; delivered < frames; first += hop) {
+        first = std::min(first, frames - window);
+        const bool isLast = first + window == frames;
+        const std::size_t to = isLast ? frames : first + window - (window - hop) / 2;
+        spans.push_back({first, window, delivered, to});
+        delivered = to;
+    }
+    return spans;
+}
+
 void FootageWindow::add(FootageWindow&& more)
 {
     // Masks are there for all frames or for none.

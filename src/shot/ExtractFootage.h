@@ -25,6 +25,15 @@ struct FootageWindow {
     void dropBefore(FrameNumber number);
 };
 
+/// Frames [first, first + count) solved together, of which [from, to) are delivered.
+struct WindowSpan {
+    std::size_t first, count, from, to;
+};
+
+/// One span where the footage is no longer than one and a half windows; else windows that overlap by half, each
+/// delivering its middle half, so that every frame has frames before and after it.
+std::vector<WindowSpan> windowSpans(std::size_t frames, std::size_t window);
+
 class ExtractFootage {
 public:
     /// Opens it. Throws Error(Input), Error(InvalidArgument) for frames that a movie does not have.

@@ -19,6 +19,7 @@
 #include "shot/EnvironmentColor.h"
 #include "shot/ExtractDelivery.h"
 #include "shot/ExtractFootage.h"
+#include "shot/ExtractSurvey.h"
 #include "shot/ModelSpace.h"
 
 namespace virga::shot {
@@ -27,17 +28,12 @@ namespace {
 using nlohmann::json;
 
 constexpr double degree = std::numbers::pi / 180.0;
-constexpr double mostUntrusted = 0.35;       // of all samples: beyond it no scene stands still
+constexpr double mostUntrusted = 0.35;        // of all samples: beyond it no scene stands still
 constexpr double mostUntrustedIfLost = 0.05;  // the same where three frames could not be registered either
-// Of a camera that stands: registration of three frames is good to 0.3 px where they are large, to 2.4 px where they
-// are 96 x 96 under rain.
-constexpr double mostMotion_px = 1.0, mostMotionOfSmall_px2 = 250;
-constexpr int judgedWidth = 400;  // [px], of the frames that this is found from, at least
 constexpr double fewestInliers = 0.5, mostResidual_px = 0.5;
 constexpr double mostOfRange = 0.8;
 constexpr double mostNoise = 0.1;                    // of what is bright: twice as much as the noisiest footage has
 constexpr float addedColor = 1.5f, mostReal = 3.0f;  // of the brightest of the footage
-constexpr std::size_t judgedColumns = 200;           // of the frames that tell in which space the model fits
 
 matte::ExtractionOptions matteOptions(const ExtractJobOptions& job)
 {
@@ -78,86 +74,6 @@ private:
     std::filesystem::path path_;
     bool isOurs_ = false;
 };
-
-/// Every n-th column and row, so that about judgedColumns are left.
-ImageF thinned(const ImageF& image)
-{
-    const int step = std::max(1, image.width() / int(judgedColumns));
-    ImageF thin((image.width() + step - 1) / step, (image.height() + step - 1) / step, image.channels());
-    for (int y = 0; y < thin.height(); ++y)
-        for (int x = 0; x < thin.width(); ++x)
-            std::copy_n(image.pixel(x * step, y * step), image.channels(), thin.pixel(x, y));
-    return thin;
-}
-
-/// Averaged over `step` x `step` pixels, so that it is judgedWidth wide or more.
-ImageF reduced(const ImageF& image, int& step)
-{
-    step = std::max(1, image.width() / judgedWidth);
-    ImageF small(image.width() / step, std::max(1, image.height() / step), image.channels());
-    for (int y = 0; y < small.height(); ++y)
-        for (int x = 0; x < small.width(); ++x)
-            for (int j = 0; j < small.channels(); ++j) {
-                float sum = 0.0f;
-                for (int v = 0; v < step; ++v)
-                    for (int u = 0; u < step; ++u)
-                        sum += image.at(x * step + u, std::min(image.height() - 1, y * step + v), j);
-                small.at(x, y, j) = sum / float(step * step);
-            }
-    return small;
-}
-
-struct SpaceChoice {
-    ModelSpace space = ModelSpace::Linear;
-    std::optional<double> linear, display;  // unevenness of the noise in either
-    std::string why;
-};
-
-SpaceChoice chooseSpace(const ExtractJobOptions& job, const io::PlateInfo& info, const FootageWindow& linear)
-{
-    SpaceChoice choice;
-    if (const std::optional<ModelSpace> asked = modelSpaceNamed(job.space)) return {*asked, {}, {}, "--space"};
-    if (job.linear) return {ModelSpace::Linear, {}, {}, "--linear"};
-    std::vector<ImageF> thin;
-    for (const ImageF& frame : linear.frames) thin.push_back(thinned(frame));
-    choice.linear = noiseUnevenness(thin);
-    for (ImageF& frame : thin) toModel(frame, ModelSpace::Display);
-    choice.display = noiseUnevenness(thin);
-    const bool isKnown = choice.linear && choice.display;
-    if (isKnown) {
-        choice.space = *choice.display < *choice.linear ? ModelSpace::Display : ModelSpace::Linear;
-        choice.why = "its noise is the more even";
-    } else {
-        choice.space = info.isFloat ? ModelSpace::Linear : ModelSpace::Display;
-        choice.why = "no noise to judge by; as the file is";
-    }
-    return choice;
-}
-
-/// Frames [first, first + count) solved together, of which [from, to) are delivered.
-struct Span {
-    std::size_t first, count, from, to;
-};
-
-/// One span where the footage is no longer than one and a half windows; else windows that overlap by half, each
-/// delivering its middle half, so that every frame has frames before and after it.
-std::vector<Span> spansOf(std::size_t frames, std::size_t window)
-{
-    if (2 * frames <= 3 * window || window < 4) {
-        if (2 * frames <= 3 * window) return {{0, frames, 0, frames}};
-    }
-    std::vector<Span> spans;
-    const std::size_t hop = std::max<std::size_t>(1, window / 2);
-    std::size_t delivered = 0;
-    for (std::size_t first = 0; delivered < frames; first += hop) {
-        first = std::min(first, frames - window);
-        const bool isLast = first + window == frames;
-        const std::size_t to = isLast ? frames : first + window - (window - hop) / 2;
-        spans.push_back({first, window, delivered, to});
-        delivered = to;
-    }
-    return spans;
-}
 
 /// What a frame does not show is taken from the reference, so that it has an exposure and a median; it is not trusted.
 void fillUncovered(ImageF& frame, const ImageF& covered, const ImageF& reference)
@@ -242,7 +158,7 @@ private:
 
     void survey()
     {
-        spans_ = spansOf(footage_.frames().size(), std::size_t(job_.window));
+        spans_ = windowSpans(footage_.frames().size(), std::size_t(job_.window));
         Window window = footage_.readLinear(surveyed());
         if (window.size() == 0)
             throw Error(ErrorCode::Input, "'{}': none of the frames {} could be read", job_.footage,
@@ -251,7 +167,7 @@ private:
             throw Error(ErrorCode::Input, "'{}': no pixel is a finite number", job_.footage);
         judgeCamera(window);
         const Timer timer;
-        space_ = chooseSpace(job_, footage_.info(), window);
+        space_ = chooseSpace(job_, footage_.info().isFloat, window.frames);
         footage_.judgeChannels(window);
         footage_.toModel(window, space_.space);
         if (job_.color) options_.color = toModelColor(*job_.color, space_.space);
@@ -344,29 +260,15 @@ private:
         gains_.clear();
     }
 
-    /// Whether the camera stands: three frames of the clip, reduced, against each other.
     void judgeCamera(const Window& linear)
     {
-        if (job_.stabilize || linear.size() < 3) return;
+        if (job_.stabilize) return;
         const Timer timer;
-        std::vector<ImageF> frames;
-        int step = 1;
-        for (const std::size_t k : {std::size_t(0), linear.size() / 2, linear.size() - 1}) {
-            frames.push_back(reduced(linear.frames[k], step));
-            toModel(frames.back(), ModelSpace::Display);
-        }
-        std::size_t lost = 0;
-        for (const matte::FrameAlignment& place : matte::alignFrames(frames, 1)) {
-            lost += !place.found;
-            if (place.found && place.inlierShare > fewestInliers)
-                cameraMotion_px_ = std::max(cameraMotion_px_, step * place.motion_px);
-        }
+        camera_ = shot::judgeCamera(linear.frames);
         seconds_["camera"] += timer.seconds();
-        const double size = std::min(footage_.info().width, footage_.info().height);
-        if (cameraMotion_px_ > mostMotion_px + mostMotionOfSmall_px2 / size)
+        if (camera_.moves)
             stopOrGoOn(fmt::format("the camera moves, by {:.1f} px at the corners; --stabilize registers the frames",
-                                   cameraMotion_px_));
-        isLost_ = lost > 0;
+                                   camera_.motion_px));
     }
 
     void stopOrGoOn(const std::string& problem) const
@@ -396,7 +298,7 @@ private:
         else if (!solved.places.empty() && (inliers < fewestInliers || residual > mostResidual_px))
             problem = fmt::format("after registration {:.0f} % of the picture is in place, to {:.2f} px", 100 * inliers,
                                   residual);
-        else if (untrusted_ > mostUntrusted || (isLost_ && untrusted_ > mostUntrustedIfLost))
+        else if (untrusted_ > mostUntrusted || (camera_.isLost && untrusted_ > mostUntrustedIfLost))
             problem = fmt::format("{:.0f} % of the samples are of things that move{}", 100 * untrusted_,
                                   job_.stabilize ? "" : "; for a camera that shakes or pans there is --stabilize");
         else if (solved.found.noise.typical > mostNoise * solved.found.range)
@@ -440,7 +342,7 @@ private:
         Window window;
         std::size_t held = 0;  // so many frames have been read; some may have been left out
         ImageF scene = delivery_.plateInModel();
-        for (const Span& span : spans_) {
+        for (const WindowSpan& span : spans_) {
             window.dropBefore(footage_.frames()[span.first]);
             Window more = footage_.readLinear(numbers(held, span.first + span.count - held));
             held = span.first + span.count;
@@ -487,7 +389,7 @@ private:
                   {"noise_255", 255 * e.noise.typical},
                   {"exposure_gains", {{"least", *least}, {"most", *most}}},
                   {"moving_share", untrusted_},
-                  {"camera_motion_px", cameraMotion_px_},
+                  {"camera_motion_px", camera_.motion_px},
                   {"objective", std::move(objective)},
                   {"objective_rose", e.rose},
                   {"window", job_.window},
@@ -538,7 +440,7 @@ private:
     ExtractFootage footage_;
     ExtractDelivery delivery_;
     matte::ExtractionOptions options_;
-    std::vector<Span> spans_;
+    std::vector<WindowSpan> spans_;
     SpaceChoice space_;
     Window delivered_;  // of a clip of one span, whose survey is all there is to solve
     Solved only_;
@@ -546,8 +448,8 @@ private:
     matte::RainDirection direction_;
     std::string colorSource_;
     const char* fallbackName_ = "assumed";
-    double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0, cameraMotion_px_ = 0;
-    bool isLost_ = false;  // three frames could not be registered
+    double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0;
+    CameraJudgement camera_;
     bool stopped_ = false;
     json model_, rain_, stabilized_;
     std::map<std::string, double> seconds_;
