@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/Simd.h"
+
 namespace virga::matte {
 namespace {
 
@@ -12,6 +14,28 @@ constexpr double kHigh = 5.0;   // [sigma]
 constexpr int kBeside = 8;      // [px] across, each side: what a stroke is compared with
 constexpr double kStep = 0.25;  // [px] across, of the grid that strokes are measured on
 constexpr int kPad = 8;         // [px] along, how far that grid goes beyond the ends
+
+VIRGA_SIMD void addRow(const float* __restrict row, int count, double* __restrict to)
+{
+    for (int i = 0; i < count; ++i) to[i] += double(row[i]);
+}
+
+// The sum of what lies above `level`.
+VIRGA_SIMD float sumAbove(const float* row, int count, float level)
+{
+    using P = PackOf<float>;
+    const P::Type zero = {};
+    P::Type sums = {};
+    int i = 0;
+    for (; i + P::lanes <= count; i += P::lanes) {
+        const P::Type over = P::at(row + i) - level;
+        sums += over > zero ? over : zero;
+    }
+    float sum = 0;
+    for (; i < count; ++i) sum += std::max(row[i] - level, 0.0f);
+    for (int l = 0; l < P::lanes; ++l) sum += sums[l];
+    return sum;
+}
 
 struct Line {
     double u, v, slope, rms;  // through (u, v) [px of Frame]
@@ -41,7 +65,9 @@ int partingOf(const std::vector<double>& along, const std::vector<double>& acros
         work.assign(from.begin() + a, from.begin() + b);
         return upperMedian(work);
     };
+    const double most = *std::max_element(along.begin() + first, along.begin() + last);
     for (int k = first + least; k < last - least; ++k) {
+        if (along[std::size_t(k)] >= 0.35 * most) continue;  // as no median is more
         if (along[std::size_t(k)] > along[std::size_t(k - 1)] || along[std::size_t(k)] > along[std::size_t(k + 1)])
             continue;
         const double lesser = std::min(median(along, first, k, before), median(along, k + 1, last, after));
@@ -116,8 +142,8 @@ void measure(const ImageF& alpha, const StrokeRidges& up, const Ridge& ridge, co
 
     RainStroke stroke;
     std::vector<double> profile(std::size_t(columns), 0.0), work;
-    for (int j = first; j < last; ++j)
-        for (int i = 0; i < columns; ++i) profile[std::size_t(i)] += grid.at(i, j) / (last - first);
+    for (int j = first; j < last; ++j) addRow(grid.row(j), columns, profile.data());
+    for (double& value : profile) value /= last - first;
     std::array<float, kBeside> beside;
     for (int j = first; j < last; ++j)
         for (const double t : {options.maxWidth / 2 + 2.5, -options.maxWidth / 2 - 1.5 - kBeside}) {
@@ -168,12 +194,12 @@ void measure(const ImageF& alpha, const StrokeRidges& up, const Ridge& ridge, co
     std::vector<double> raw(std::size_t(rows), 0.0), along(raw), widths(raw);
     const int side = std::max(1, int(std::lround(stroke.width / 4 / kStep)));
     const int centre = std::clamp(half + int(std::lround(across / kStep)), side, columns - 1 - side);
+    const int leftmost = std::max(middle - left, 0), rightmost = std::min(middle + right, columns - 1);
     for (int j = 0; j < rows; ++j) {
-        double area = 0;
         for (int i = centre - side; i <= centre + side; ++i)
             raw[std::size_t(j)] += (grid.at(i, j) - stroke.background) / (2 * side + 1);
-        for (int i = std::max(middle - left, 0); i <= std::min(middle + right, columns - 1); ++i)
-            area += std::max(grid.at(i, j) - stroke.background, 0.0) * kStep;
+        const double area =
+            sumAbove(grid.row(j) + leftmost, rightmost - leftmost + 1, float(stroke.background)) * kStep;
         widths[std::size_t(j)] = area / std::max(raw[std::size_t(j)], 0.1 * height);
     }
     for (int j = 0; j < rows; ++j)
@@ -216,14 +242,13 @@ void measure(const ImageF& alpha, const StrokeRidges& up, const Ridge& ridge, co
         }
     stroke.mean = counted > 0 ? sum / counted : stroke.contrast;
     // Each row explained by its multiple of the mean profile.
-    const int lower = std::max(middle - left, 0), upper = std::min(middle + right, columns - 1);
     const double margin = std::max(stroke.width, 2.0) / 2;
     double energy = 0, explained = 0, norm = 0;
-    for (int i = lower; i <= upper; ++i) norm += profile[std::size_t(i)] * profile[std::size_t(i)];
+    for (int i = leftmost; i <= rightmost; ++i) norm += profile[std::size_t(i)] * profile[std::size_t(i)];
     for (int j = 0; j < rows; ++j) {
         if (top + j < begin - margin || top + j > end + margin) continue;
         double projection = 0;
-        for (int i = lower; i <= upper; ++i) {
+        for (int i = leftmost; i <= rightmost; ++i) {
             const double value = grid.at(i, j) - stroke.background;
             projection += value * profile[std::size_t(i)], energy += value * value;
         }

@@ -279,9 +279,9 @@ StrokeRidges strokeRidges(const ImageF& alpha, const RainStrokeOptions& options)
     };
     std::array<float, kTile> beside;
 
-    // Every 3rd pixel of every 5th row is enough to know the spread.
+    // Every 3rd pixel of every 5th row, or of 100 rows, is enough to know the spread.
     std::vector<double> spread;
-    for (int j = 0; j < height; j += 5)
+    for (int j = 0; j < height; j += std::max(5, height / 100))
         for (int left = 0; left < width; left += kTile) {
             const float* row = up.filtered.row(j);
             const int right = std::min(width, left + kTile);

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "core/Error.h"
 #include "core/Log.h"
@@ -218,7 +219,7 @@ matte::RainStrokeOptions ExtractDelivery::strokeOptions(const matte::Extraction&
     return options;
 }
 
-void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extraction& found)
+void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extraction& found, bool areDelivered)
 {
     if (job_.paper) return;
     const std::size_t count = std::min(judgedFrames, found.alphas.size());
@@ -227,7 +228,13 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
     std::vector<ImageF> bright, dark;
     for (const std::size_t k : which) bright.push_back(toLinearAlpha(found.alphas[k], found.scene));
     const matte::RainStrokeOptions options = strokeOptions(found);
-    brightStrokes_ = clearStrokes(matte::findRainStrokes(bright, options));
+    const std::vector<matte::RainStroke> strokes = matte::findRainStrokes(bright, options);
+    brightStrokes_ = clearStrokes(strokes);
+    judged_.clear();
+    if (areDelivered) {
+        for (const std::size_t k : which) judged_[k];
+        for (const matte::RainStroke& stroke : strokes) judged_[which[std::size_t(stroke.frame)]].push_back(stroke);
+    }
     brightMass_ = massOf(bright);
     for (const ImageF& alpha : matte::alphasBelow(frames, which, found))
         dark.push_back(toLinearAlpha(alpha, found.scene));
@@ -331,16 +338,30 @@ bool ExtractDelivery::deliver(const FootageWindow& window, matte::Extraction& fo
         }
         seconds_["write"] += writing.seconds();
     }
-    if (!job_.paper && rains_) gather(std::span(found.alphas).subspan(from, delivered_.size() - before), found);
+    if (!job_.paper && rains_) gather(found, from, delivered_.size() - before);
     return goesOn;
 }
 
-/// Strokes for the statistics and the best of them for the atlas.
-void ExtractDelivery::gather(std::span<const ImageF> alphas, const matte::Extraction& found)
+/// Strokes for the statistics and the best of them for the atlas, of `count` of the alphas that were delivered.
+void ExtractDelivery::gather(matte::Extraction& found, std::size_t from, std::size_t count)
 {
     const Timer timer;
     const matte::RainStrokeOptions options = strokeOptions(found);
-    const std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, options);
+    const std::span<ImageF> alphas = std::span(found.alphas).subspan(from, count);
+    // Those that are known already are not looked for again.
+    std::map<std::size_t, ImageF> known;
+    for (const auto& [k, some] : judged_)
+        if (k >= from && k - from < count) known[k - from] = std::exchange(alphas[k - from], ImageF());
+    std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, options);
+    for (auto& [n, alpha] : known) {
+        alphas[n] = std::move(alpha);
+        for (matte::RainStroke& stroke : judged_[from + n]) {
+            stroke.frame = int(n);
+            strokes.push_back(stroke);
+        }
+    }
+    std::stable_sort(strokes.begin(), strokes.end(),
+                     [](const matte::RainStroke& a, const matte::RainStroke& b) { return a.frame < b.frame; });
     minContrast_ = options.minContrast;
     if (strokes_.size() < mostCounted) {
         strokes_.insert(strokes_.end(), strokes.begin(), strokes.end());

@@ -29,8 +29,8 @@ public:
 
     /// Whether it rains at all: strokes that are brighter than the scene, or alpha at large that has a direction,
     /// against those that are darker, of which rain makes none. Where it does not, alphas are 0 and the frames stay as
-    /// they are.
-    void judge(std::span<const ImageF> frames, const matte::Extraction& found);
+    /// they are. areDelivered: deliver() is called with this solution, and no camera moves.
+    void judge(std::span<const ImageF> frames, const matte::Extraction& found, bool areDelivered);
     bool rains() const { return rains_; }
 
     /// The scene that clean.exr shows.
@@ -60,7 +60,7 @@ private:
     ImageF toLinearAlpha(const ImageF& alpha, const ImageF& scene) const;
     matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
     void addEstimate(nlohmann::json& rain, nlohmann::json& match) const;
-    void gather(std::span<const ImageF> alphas, const matte::Extraction& found);
+    void gather(matte::Extraction& found, std::size_t from, std::size_t count);
 
     const ExtractJobOptions& job_;
     ExtractFootage& footage_;
@@ -72,9 +72,10 @@ private:
     bool rains_ = true;
     int brightStrokes_ = 0, darkStrokes_ = 0;
     double brightMass_ = 0, darkMass_ = 0;
-    ImageF plate_;        // in the values of the model
-    ImageF linearPlate_;  // RGB, once it is written
-    ImageF confidence_;   // of the survey
+    std::map<std::size_t, std::vector<matte::RainStroke>> judged_;  // of alphas that will be delivered as they are
+    ImageF plate_;                                                  // in the values of the model
+    ImageF linearPlate_;                                            // RGB, once it is written
+    ImageF confidence_;                                             // of the survey
     std::vector<FrameNumber> delivered_;
     std::vector<matte::RainStroke> strokes_;  // of the frames whose strokes are counted
     std::size_t countedFrames_ = 0;

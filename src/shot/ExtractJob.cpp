@@ -186,7 +186,8 @@ private:
         delivery_.setModel(space_.space, solved.found.color, shownColor(solved.found));
         {
             const Timer judging;
-            delivery_.judge(job_.stabilize ? solved.registered : window.frames, solved.found);
+            delivery_.judge(job_.stabilize ? solved.registered : window.frames, solved.found,
+                            spans_.size() == 1 && !job_.stabilize);
             solved.registered.clear();
             seconds_["strokes"] += judging.seconds();
         }
