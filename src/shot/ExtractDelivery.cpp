@@ -88,6 +88,18 @@ struct ExtractDelivery::Delivered {
     ImageF confidence;  // if it is asked for
     ImageF clean;       // scene-linear RGBA
     std::size_t wetSamples = 0;
+
+    /// This much of the frame's own, the rest of what another solution has of it.
+    void fadeFrom(const Delivered& other, float own)
+    {
+        const auto mix = [own](ImageF& to, const ImageF& from) {
+            for (std::size_t i = 0; i < from.size(); ++i)
+                to.data()[i] = from.data()[i] + own * (to.data()[i] - from.data()[i]);
+        };
+        mix(alpha, other.alpha);
+        mix(confidence, other.confidence);
+        mix(clean, other.clean);
+    }
 };
 
 ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage) : job_(job), footage_(footage)
@@ -250,17 +262,19 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
                      job_.footage, brightStrokes_, darkStrokes_);
 }
 
-ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window, const matte::Extraction& found,
-                                                    std::span<const matte::FrameAlignment> places, std::size_t k) const
+/// frame: with the exposure that it was filmed with.
+ExtractDelivery::Delivered ExtractDelivery::prepare(ImageF frame, const ImageF* coverage, const Solution& solution,
+                                                    std::size_t k) const
 {
+    const matte::Extraction& found = solution.found;
     const auto channels = std::size_t(footage_.channels());
     const std::span<const double> gains = std::span(found.gains).subspan(k * channels, channels);
-    ImageF frame = window.frames[k], warpedAlpha, warpedScene, warpedTrust;
+    matte::removeGain(frame, gains);
+    ImageF warpedAlpha, warpedScene, warpedTrust;
     const ImageF *inView = &found.alphas[k], *sceneInView = &found.scene;
     const ImageF* trust = found.trust.empty() ? nullptr : &found.trust[k];
-    if (!places.empty()) {
-        matte::removeGain(frame, gains);
-        const matte::Homography& place = places[k].referenceFromFrame;
+    if (!solution.places.empty()) {
+        const matte::Homography& place = solution.places[k].referenceFromFrame;
         warpedAlpha = matte::warpFromReference(*inView, place);
         for (float& value : warpedAlpha.values()) value = std::clamp(value, 0.0f, 1.0f);
         warpedScene = matte::warpFromReference(*sceneInView, place);
@@ -287,31 +301,48 @@ ExtractDelivery::Delivered ExtractDelivery::prepare(const FootageWindow& window,
     matte::removeRain(frame, alpha, scene, trust, found.color);
     matte::applyGain(frame, gains);
     fromModel(frame, space_);
-    for (const float value : out.alpha.values()) out.wetSamples += value > wet;
     out.clean = ImageF(frame.width(), frame.height(), 4, 1.0f);
     for (std::size_t i = 0; i < alpha.size(); ++i) {
         for (std::size_t j = 0; j < 3; ++j)
             out.clean.data()[4 * i + j] = frame.data()[i * channels + (channels == 3 ? j : 0)];
-        if (!window.coverages.empty()) out.clean.data()[4 * i + 3] = window.coverages[k].data()[i];
+        if (coverage != nullptr) out.clean.data()[4 * i + 3] = coverage->data()[i];
     }
     return out;
 }
 
-bool ExtractDelivery::deliver(const FootageWindow& window, matte::Extraction& found,
-                              std::span<const matte::FrameAlignment> places, std::size_t from, std::size_t to,
-                              const std::function<bool(FrameNumber)>& tell)
+bool ExtractDelivery::deliver(const FootageWindow& window, Solution& solution, std::size_t from, std::size_t to,
+                              const Solution* before, std::size_t fade, const std::function<bool(FrameNumber)>& tell)
 {
+    matte::Extraction& found = solution.found;
+    const auto channels = std::size_t(footage_.channels());
+    const auto ready = [&](std::size_t k) {
+        ImageF frame = window.frames[k];
+        if (solution.places.empty()) matte::applyGain(frame, std::span(found.gains).subspan(k * channels, channels));
+        const ImageF* coverage = window.coverages.empty() ? nullptr : &window.coverages[k];
+        const FrameNumber number = window.numbers[k];
+        const auto there =
+            before != nullptr && k - from < fade
+                ? std::find(before->numbers.begin(), before->numbers.end(), number) - before->numbers.begin()
+                : std::ptrdiff_t(before != nullptr ? before->numbers.size() : 0);
+        const bool isFading = before != nullptr && std::size_t(there) < before->numbers.size();
+        Delivered earlier;
+        if (isFading) earlier = prepare(frame, coverage, *before, std::size_t(there));
+        Delivered out = prepare(std::move(frame), coverage, solution, k);
+        if (isFading) out.fadeFrom(earlier, float((double(k - from) + 0.5) / double(fade)));
+        for (const float value : out.alpha.values()) out.wetSamples += value > wet;
+        return out;
+    };
     bool goesOn = true;
     // A few frames at a time, so that the cores are busy and memory is bounded.
     constexpr std::size_t atOnce = 4;
-    const std::size_t before = delivered_.size();
+    const std::size_t countBefore = delivered_.size();
     for (std::size_t begin = from; begin < to && goesOn; begin += atOnce) {
         const std::size_t end = std::min(to, begin + atOnce);
         std::vector<Delivered> out(end - begin);
         const Timer timer;
         parallelFor(0, std::ptrdiff_t(out.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
             for (auto n = std::size_t(first); n < std::size_t(last); ++n) {
-                out[n] = prepare(window, found, places, begin + n);
+                out[n] = ready(begin + n);
                 const FrameNumber number = window.numbers[begin + n];
                 io::writeExr(io::framePath(path("alpha.####.exr"), number), out[n].alpha, {"A"}, writesHalf(), "rle");
                 if (job_.confidence)
@@ -338,7 +369,7 @@ bool ExtractDelivery::deliver(const FootageWindow& window, matte::Extraction& fo
         }
         seconds_["write"] += writing.seconds();
     }
-    if (!job_.paper && rains_) gather(found, from, delivered_.size() - before);
+    if (!job_.paper && rains_) gather(found, from, delivered_.size() - countBefore);
     return goesOn;
 }
 

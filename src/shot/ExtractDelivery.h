@@ -37,11 +37,19 @@ public:
     void keepPlate(const matte::Extraction& found);
     const ImageF& plateInModel() const { return plate_; }
 
-    /// Frames [from, to) of a solved window. places: of a camera that moved (FrameAlignment.h), or none; with them the
-    /// frames still have their breathing exposure. tell(number) after each; false ends it and is returned.
-    /// found.alphas become those that were delivered, so that no frame has two.
-    bool deliver(const FootageWindow& window, matte::Extraction& found, std::span<const matte::FrameAlignment> places,
-                 std::size_t from, std::size_t to, const std::function<bool(FrameNumber)>& tell);
+    /// A solved window. places: of a camera that moved (FrameAlignment.h), or empty; the frames of the window then
+    /// still have their breathing exposure.
+    struct Solution {
+        std::vector<FrameNumber> numbers;
+        matte::Extraction found;
+        std::vector<matte::FrameAlignment> places;
+    };
+
+    /// Frames [from, to) of a window, whose alphas in `solution` become those that are delivered. The first `fade` of
+    /// them go over from what the solution before has of them, if it does. tell(number) after each; false ends it and
+    /// is returned.
+    bool deliver(const FootageWindow& window, Solution& solution, std::size_t from, std::size_t to,
+                 const Solution* before, std::size_t fade, const std::function<bool(FrameNumber)>& tell);
 
     /// Plate, atlas, sheet.
     void finish();
@@ -55,8 +63,7 @@ private:
 
     std::string path(const std::string& name) const;
     bool writesHalf() const;
-    Delivered prepare(const FootageWindow& window, const matte::Extraction& found,
-                      std::span<const matte::FrameAlignment> places, std::size_t k) const;
+    Delivered prepare(ImageF frame, const ImageF* coverage, const Solution& solution, std::size_t k) const;
     ImageF toLinearAlpha(const ImageF& alpha, const ImageF& scene) const;
     matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
     void addEstimate(nlohmann::json& rain, nlohmann::json& match) const;

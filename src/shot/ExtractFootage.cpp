@@ -79,18 +79,15 @@ Repaired takeColor(const ImageF& rgba, ImageF& rgb, ImageF& finite)
 
 std::vector<WindowSpan> windowSpans(std::size_t frames, std::size_t window)
 {
-    if (2 * frames <= 3 * window) return {{0, frames, 0, frames}};
+    if (2 * frames <= 3 * window) return {{0, frames, 0, frames, 0}};
     std::vector<WindowSpan> spans;
-    const std::size_t hop = std::max<std::size_t>(1, window / 2);
-    std::size_t delivered = 0;
-    for (std::size_t first = 0; delivered < frames; first += hop) {
-        first = std::min(first, frames - window);
-        const bool isLast = first + window == frames;
-        const std::size_t to = isLast ? frames : first + window - (window - hop) / 2;
-        spans.push_back({first, window, delivered, to});
-        delivered = to;
+    const std::size_t hop = std::max<std::size_t>(1, window / 2), last = frames - window;
+    for (std::size_t first = 0;; first = std::min(first + hop, last)) {
+        const std::size_t fade = spans.empty() ? 0 : spans.back().first + window - first;
+        const std::size_t to = first == last ? frames : std::min(first + hop, last);
+        spans.push_back({first, window, first, to, fade});
+        if (first == last) return spans;
     }
-    return spans;
 }
 
 void FootageWindow::add(FootageWindow&& more)

@@ -25,13 +25,13 @@ struct FootageWindow {
     void dropBefore(FrameNumber number);
 };
 
-/// Frames [first, first + count) solved together, of which [from, to) are delivered.
+/// Frames [first, first + count) solved together, of which [from, to) are delivered; the first `fade` of these from
+/// what the window before made of them to what this one does, evenly, so that no frame shows where windows meet.
 struct WindowSpan {
-    std::size_t first, count, from, to;
+    std::size_t first, count, from, to, fade;
 };
 
-/// One span where the footage is no longer than one and a half windows; else windows that overlap by half, each
-/// delivering its middle half, so that every frame has frames before and after it.
+/// One span where the footage is no longer than one and a half windows; else windows that overlap by half or more.
 std::vector<WindowSpan> windowSpans(std::size_t frames, std::size_t window);
 
 class ExtractFootage {

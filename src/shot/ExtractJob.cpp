@@ -204,10 +204,8 @@ private:
     }
 
     /// A window's solution. Where the camera moves it is that of the middle frame's view.
-    struct Solved {
-        matte::Extraction found;
-        std::vector<matte::FrameAlignment> places;  // empty: the camera stands
-        std::vector<ImageF> registered;             // the frames in that view, of a survey whose camera moves
+    struct Solved : ExtractDelivery::Solution {
+        std::vector<ImageF> registered;  // the frames in that view, of a survey whose camera moves
     };
 
     Solved solve(Window& window, const ImageF& start, bool isSurvey = false)
@@ -335,14 +333,15 @@ private:
             return progress_(state) == Verdict::Continue;
         };
         if (spans_.size() == 1) {
-            deliver(delivered_, only_, 0, delivered_.size(), tell);
-            finish();
+            deliver(delivered_, only_, 0, delivered_.size(), nullptr, 0, tell);
+            delivery_.finish();
             return;
         }
         gains_.clear();  // those of the survey's frames
         Window window;
         std::size_t held = 0;  // so many frames have been read; some may have been left out
         ImageF scene = delivery_.plateInModel();
+        std::optional<Solved> before;
         for (const WindowSpan& span : spans_) {
             window.dropBefore(footage_.frames()[span.first]);
             Window more = footage_.readLinear(numbers(held, span.first + span.count - held));
@@ -355,21 +354,22 @@ private:
             std::size_t k0 = 0, k1 = window.size();
             while (k0 < k1 && window.numbers[k0] < from) ++k0;
             while (k1 > k0 && window.numbers[k1 - 1] > last) --k1;
-            if (!deliver(window, solved, k0, k1, tell)) break;
+            if (!deliver(window, solved, k0, k1, before ? &*before : nullptr, span.fade, tell)) break;
             if (!job_.stabilize) scene = solved.found.scene;
             restore(window);
+            before = std::move(solved);
         }
-        finish();
+        delivery_.finish();
     }
 
     template <class Tell>
-    bool deliver(const Window& window, Solved& solved, std::size_t from, std::size_t to, const Tell& tell)
+    bool deliver(const Window& window, Solved& solved, std::size_t from, std::size_t to, const Solved* before,
+                 std::size_t fade, const Tell& tell)
     {
-        stopped_ = !delivery_.deliver(window, solved.found, solved.places, from, to, tell);
+        solved.numbers = window.numbers;
+        stopped_ = !delivery_.deliver(window, solved, from, to, before, fade, tell);
         return !stopped_;
     }
-
-    void finish() { delivery_.finish(); }
 
     void describe(const Solved& solved)
     {
