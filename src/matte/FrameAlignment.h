@@ -10,25 +10,20 @@
 // out sharp has 0.95 and up to 0.35.
 //
 // A homography takes a point (x, y) of the frame to one of the reference; pixel centres as in docs/conventions.md.
+//
+// Here are the order of the work and what it says of a frame. Below, from the pixels up: FramePyramid, FrameFeatures,
+// FrameRefinement, FrameJudgement, FramePlacement, FrameNeighbourhood; their maths is PlaneTransform. FrameWarp, which
+// is included, resamples.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
 #include "core/Image.h"
+#include "matte/FrameWarp.h"
+#include "matte/Homography.h"
 
 namespace virga::matte {
-
-/// Row by row: (x, y) goes to ((m0 x + m1 y + m2) / w, (m3 x + m4 y + m5) / w), w = m6 x + m7 y + m8 > 0 [px].
-struct Homography {
-    std::array<double, 9> m = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-    /// Of a point; not finite where w is 0.
-    std::array<double, 2> operator()(double x, double y) const;
-    /// Scaled so that m8 is 1 where it can be. Of a singular one: the identity.
-    Homography inverse() const;
-};
 
 struct AlignmentOptions {
     int mostFeatures = 800;       // looked for in a frame, >= 8
@@ -65,13 +60,5 @@ struct FrameAlignment {
 /// that differ in size, for a reference that is not one of them and for options out of range.
 std::vector<FrameAlignment> alignFrames(std::span<const ImageF> frames, int reference,
                                         const AlignmentOptions& options = {});
-
-/// The frame resampled into the reference's grid, of the same size: cubic (Keys 1981, a = -1/2: Catmull-Rom), which
-/// keeps detail and may overshoot at edges; exact for the identity. Where the frame does not reach it is 0, and
-/// `covered` (1 channel, may be null) is 0 instead of 1. The frame reaches to its outermost pixel centres.
-ImageF warpToReference(const ImageF& frame, const Homography& referenceFromFrame, ImageF* covered = nullptr);
-
-/// The way back: a picture in the reference's grid, resampled into the frame's.
-ImageF warpFromReference(const ImageF& picture, const Homography& referenceFromFrame, ImageF* covered = nullptr);
 
 }  // namespace virga::matte
