@@ -121,16 +121,16 @@ double shareBelow(std::span<const ImageF> frames, const DryScene& dry)
     return sum / (double(frames.size()) * double(width) * double(dry.scene.height()));
 }
 
-void measureNoise(std::span<const ImageF> frames, NoiseSamples samples, DryScene& dry)
+void measureNoise(std::span<const ImageF> frames, const ImageF& own, NoiseSamples samples, DryScene& dry)
 {
-    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range, samples);
+    dry.noise = noiseMap(frames, dry.trust, dry.scene, leastNoise * dry.range, leastStep * dry.range, samples, &own);
 }
 
 /// Scene and noise from `scene`, in turn. The last noise, which is handed out, is still to be measured.
-void settle(std::span<const ImageF> frames, DryScene& dry)
+void settle(std::span<const ImageF> frames, const ImageF& own, DryScene& dry)
 {
     for (int pass = 0; pass < trimmings; ++pass) {
-        measureNoise(frames, NoiseSamples::Few, dry);
+        measureNoise(frames, own, NoiseSamples::Few, dry);
         trimScene(frames, dry.trust, dry.noise, 0.0, dry.scene);
     }
 }
@@ -144,11 +144,12 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     dry.range = rangeOf(begin);
     dry.scene = begin;
     dry.trust.assign(covered.begin(), covered.end());
-    settle(frames, dry);
+    const ImageF own = ownFrames(frames, leastStep * dry.range);
+    settle(frames, own, dry);
     dry.hasMovers = movers && frames.size() >= fewestForMovers;
     renewTrust(frames, dry.scene, covered, dry);
     if (!dry.hasMovers) {
-        measureNoise(frames, NoiseSamples::Many, dry);
+        measureNoise(frames, own, NoiseSamples::Many, dry);
         return dry;
     }
 
@@ -157,7 +158,7 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     DryScene darker{lowerQuarterMean(frames), {}, {covered.begin(), covered.end()}, true, dry.range};
     // The noise about the first scene may be rain as well. About this one, which lies a deviation low, half of it
     // shows.
-    measureNoise(frames, NoiseSamples::Few, darker);
+    measureNoise(frames, own, NoiseSamples::Few, darker);
     for (std::size_t i = 0; i < darker.noise.sigma.size(); ++i)
         darker.noise.sigma.data()[i] = std::min(2.0f * darker.noise.sigma.data()[i], dry.noise.sigma.data()[i]);
     for (int pass = 0; pass < trimmings; ++pass)
@@ -165,13 +166,13 @@ DryScene dryScene(std::span<const ImageF> frames, bool movers, const ImageF& sta
     darker.hasMovers = somethingMoves(frames, darker.scene, leastStep * dry.range);
     if (darker.hasMovers) {
         dry.scene = begin;
-        settle(frames, dry);
-        measureNoise(frames, NoiseSamples::Many, dry);
+        settle(frames, own, dry);
+        measureNoise(frames, own, NoiseSamples::Many, dry);
         renewTrust(frames, dry.scene, covered, dry);
         // Nearly everything moves, or the scene is rain after all: then next to nothing is darker than the darker one.
         if (untrustedShare(dry.trust) < mostMoving) return dry;
     }
-    measureNoise(frames, NoiseSamples::Many, darker);
+    measureNoise(frames, own, NoiseSamples::Many, darker);
     if (darker.hasMovers && shareBelow(frames, darker) > leastMoving) return dry;
     darker.hasMovers = false;
     return darker;

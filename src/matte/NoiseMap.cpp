@@ -75,7 +75,30 @@ double ownFrames(std::span<const ImageF> frames, const Block& block, double repe
     return double(frames.size()) * double(frames.size()) / squares;
 }
 
+Block blockAt(int column, int row, const ImageF& image)
+{
+    return {column * NoiseMap::block, row * NoiseMap::block, std::min(image.width(), (column + 1) * NoiseMap::block),
+            std::min(image.height(), (row + 1) * NoiseMap::block)};
+}
+
+ImageF roomFor(const ImageF& image)
+{
+    const auto blocks = [](int length) { return (length + NoiseMap::block - 1) / NoiseMap::block; };
+    return ImageF(blocks(image.width()), blocks(image.height()), 1);
+}
+
 }  // namespace
+
+ImageF ownFrames(std::span<const ImageF> frames, double repeated)
+{
+    ImageF own = roomFor(frames[0]);
+    parallelFor(0, own.height(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (int row = int(first); row < int(last); ++row)
+            for (int b = 0; b < own.width(); ++b)
+                own.at(b, row) = float(ownFrames(frames, blockAt(b, row, frames[0]), repeated));
+    });
+    return own;
+}
 
 double darkDeviation(std::vector<float>& depths, double repeated)
 {
@@ -95,13 +118,12 @@ double darkDeviation(std::vector<float>& depths, double repeated)
 }
 
 NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least,
-                  double repeated, NoiseSamples samples)
+                  double repeated, NoiseSamples samples, const ImageF* own)
 {
     const int width = scene.width(), height = scene.height(), channels = scene.channels();
-    const int columns = (width + NoiseMap::block - 1) / NoiseMap::block;
-    const int rows = (height + NoiseMap::block - 1) / NoiseMap::block;
     NoiseMap map;
-    map.sigma = ImageF(columns, rows, 1);
+    map.sigma = roomFor(scene);
+    const int columns = map.sigma.width(), rows = map.sigma.height();
     const std::size_t count = frames.size();
     const std::size_t step = count <= 4 ? 1 : samples == NoiseSamples::Few && count >= manyFrames ? 4 : 2;
     const auto add = channels == 3 ? &addDepths<3> : &addDepths<1>;
@@ -118,12 +140,10 @@ NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust,
                                   b * NoiseMap::block + y % columnStep, std::min(width, (b + 1) * NoiseMap::block),
                                   float(repeated), end);
                 depths.resize(std::size_t(end - depths.data()));
-                const Block block = {b * NoiseMap::block, row * NoiseMap::block,
-                                     std::min(width, (b + 1) * NoiseMap::block),
-                                     std::min(height, (row + 1) * NoiseMap::block)};
                 // The scene was made of these frames and lies nearer to them than the truth does.
-                const double own = std::max(ownFrames(frames, block, repeated), fewestOwn);
-                const double nearer = frames.size() > 1 ? std::sqrt(own / (own - 1.0)) : 1.0;
+                const double many = own ? double(own->at(b, row)) : ownFrames(frames, blockAt(b, row, scene), repeated);
+                const double counted = std::max(many, fewestOwn);
+                const double nearer = frames.size() > 1 ? std::sqrt(counted / (counted - 1.0)) : 1.0;
                 map.sigma.at(b, row) = float(nearer * darkDeviation(depths, repeated));
             }
     });

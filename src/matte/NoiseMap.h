@@ -37,7 +37,12 @@ enum class NoiseSamples { Many, Few };
 ///
 ///   trust     one a frame, or none: values that are not trusted are left out
 ///   repeated  depths up to this are left out, >= 0
+///   own       ownFrames(frames, repeated), for who asks for more than one map of the same frames; may be null
 NoiseMap noiseMap(std::span<const ImageF> frames, std::span<const ImageF> trust, const ImageF& scene, double least,
-                  double repeated, NoiseSamples samples = NoiseSamples::Many);
+                  double repeated, NoiseSamples samples = NoiseSamples::Many, const ImageF* own = nullptr);
+
+/// How many frames of its own each block has, a pixel a block: so many make a mean as noisy as that of all frames, some
+/// of which repeat the one before to within `repeated`.
+ImageF ownFrames(std::span<const ImageF> frames, double repeated);
 
 }  // namespace virga::matte
