@@ -103,13 +103,13 @@ class Results(ExtractTest):
     def test_windowsDoNotShow(self):
         """A scene that brightens as it goes: no two clean frames differ by much more than others, where windows meet or
         not."""
-        drift = np.linspace(0, 0.05, 45)[:, None, None, None] * np.linspace(0, 1, SIZE)[:, None]
+        drift = np.linspace(0, 0.3, 45)[:, None, None, None] * np.linspace(0, 1, SIZE)[:, None]
         rainy = rained(self.ground, strokes(45, SIZE, SIZE, seed=2), seed=2) + drift
         writeSequence(self.folder, "drifts.%04d.exr", rainy, "float", first=1)
         self.extract("drifts.%04d.exr", "--window", "10", "--space", "linear")
         clean = self.images("clean.%04d.exr", range(1, 46))[..., :3]
         steps = [np.abs(a - b).mean() for a, b in zip(clean, clean[1:])]
-        self.assertLess(max(steps), 1.5 * np.median(steps))
+        self.assertLess(max(steps), 1.17 * np.median(steps), "1.28 without fading, 1.08 with it")
 
     def test_exposureThatBreathes(self):
         """Each frame keeps the exposure that it has, in whichever window it is solved."""
