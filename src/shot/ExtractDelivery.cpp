@@ -172,22 +172,26 @@ ImageF ExtractDelivery::toLinearAlpha(const ImageF& alpha, const ImageF& scene) 
                 if (alpha.row(y)[x] > 0.0f) wet.push_back(x);
             if (wet.empty()) continue;
             ImageF mixed(int(wet.size()), 1, channels), ground(int(wet.size()), 1, channels);
-            for (int n = 0; n < ground.width(); ++n)
+            float *below = ground.data(), *above = mixed.data();
+            for (const int x : wet) {
+                const float *s = scene.pixel(x, y), a = alpha.row(y)[x];
                 for (int j = 0; j < channels; ++j) {
-                    const float s = scene.at(wet[std::size_t(n)], y, j);
-                    ground.at(n, 0, j) = s;
-                    mixed.at(n, 0, j) = s + alpha.at(wet[std::size_t(n)], y) * (color_[std::size_t(j)] - s);
+                    *below++ = s[j];
+                    *above++ = s[j] + a * (color_[std::size_t(j)] - s[j]);
                 }
+            }
             fromModel(ground, space_);
             fromModel(mixed, space_);
-            for (int n = 0; n < ground.width(); ++n) {
+            below = ground.data();
+            above = mixed.data();
+            for (const int x : wet) {
                 float pull = 0.0f, square = 0.0f;
-                for (int j = 0; j < channels; ++j) {
-                    const float gap = linearColor_[std::size_t(j)] - ground.at(n, 0, j);
-                    pull += gap * (mixed.at(n, 0, j) - ground.at(n, 0, j));
+                for (int j = 0; j < channels; ++j, ++below, ++above) {
+                    const float gap = linearColor_[std::size_t(j)] - *below;
+                    pull += gap * (*above - *below);
                     square += gap * gap;
                 }
-                linear.at(wet[std::size_t(n)], y) = square > 0.0f ? std::clamp(pull / square, 0.0f, 1.0f) : 0.0f;
+                linear.row(y)[x] = square > 0.0f ? std::clamp(pull / square, 0.0f, 1.0f) : 0.0f;
             }
         }
     });
@@ -302,11 +306,16 @@ ExtractDelivery::Delivered ExtractDelivery::prepare(ImageF frame, const ImageF* 
     matte::applyGain(frame, gains);
     fromModel(frame, space_);
     out.clean = ImageF(frame.width(), frame.height(), 4, 1.0f);
-    for (std::size_t i = 0; i < alpha.size(); ++i) {
-        for (std::size_t j = 0; j < 3; ++j)
-            out.clean.data()[4 * i + j] = frame.data()[i * channels + (channels == 3 ? j : 0)];
-        if (coverage != nullptr) out.clean.data()[4 * i + 3] = coverage->data()[i];
+    const float* from = frame.data();
+    float* to = out.clean.data();
+    const std::size_t green = channels == 3 ? 1 : 0, blue = 2 * green;
+    for (std::size_t i = 0; i < alpha.size(); ++i, from += channels, to += 4) {
+        to[0] = from[0];
+        to[1] = from[green];
+        to[2] = from[blue];
     }
+    if (coverage != nullptr)
+        for (std::size_t i = 0; i < alpha.size(); ++i) out.clean.data()[4 * i + 3] = coverage->data()[i];
     return out;
 }
 
