@@ -426,7 +426,7 @@ void ExtractDelivery::finish()
     const ImageF& rgb = linearPlate_;
     for (std::size_t i = 0; i < rgb.size(); ++i)
         linearPlate_.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
-    io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false);
+    io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false, "rle");  // its noise leaves zip little to gain
     io::writeExr(path("confidence.exr"), confidence_, {"confidence"}, true);
     if (!best_.empty()) {
         std::vector<ImageF> alphas;
