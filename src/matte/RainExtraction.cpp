@@ -322,11 +322,12 @@ Extraction extractRain(std::vector<ImageF>& frames, const ExtractionOptions& opt
         const Footage footage{frames, dry.trust, costs};
         Descent descent(footage, result);
         descent.begin();
-        const ImageF before = round == 0 ? result.scene : ImageF();
+        ImageF before = round == 0 ? result.scene : ImageF();
         for (int step = 0; step < steps && descent.step(options.tolerance); ++step) {
             // Few frames and dense rain begin far from their scene and come to it slowly. Elsewhere the next round's
             // costs and colour change more than a second step does.
-            if (round == 0 && step == 0 && meanDistance(before, result.scene) < nearby * dry.noise.typical) steps = 1;
+            if (!before.empty() && meanDistance(before, result.scene) < nearby * dry.noise.typical) steps = 1;
+            before = ImageF();
         }
         if (round == 0) renewTrust(frames, result.scene, covered, dry);
         if (!options.slant) {
