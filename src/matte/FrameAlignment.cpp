@@ -21,11 +21,10 @@ namespace {
 
 using namespace alignment;
 
-constexpr int smallestSide = 16;           // of a picture that is looked at [px]
-constexpr int featureSide = 500;           // features are looked for in the first level whose sides are no longer
-constexpr double matchTolerance_px = 1.5;  // in the picture that features are found in
-constexpr int fewestInliers = 4;           // cells
-constexpr int polishes = 2;  // a second is what clips of few frames need: 0.04 px become 0.03, with movers 0.08 0.03
+constexpr int smallestSide = 16;               // of a picture that is looked at [px]
+constexpr int featureSide = 500;               // features are looked for in the first level whose sides are no longer
+constexpr double matchTolerance_px = 1.5;      // in the picture that features are found in
+constexpr int fewestInliers = 4;               // cells
 constexpr std::size_t fewestMedianFrames = 5;  // of fewer it is no better than a frame
 
 /// All that is known while frames are aligned. Frames are by number; transforms are frame from reference, normalised.
@@ -279,6 +278,7 @@ void check(std::span<const ImageF> frames, int reference, const AlignmentOptions
     }
     if (options.mostFeatures < int(fewestMatches))
         throw Error(ErrorCode::Internal, "mostFeatures {}: must be at least {}", options.mostFeatures, fewestMatches);
+    if (options.polishes < 0) throw Error(ErrorCode::Internal, "polishes {}: must not be negative", options.polishes);
     if (!(options.minOverlap >= 0 && options.minOverlap <= 1))
         throw Error(ErrorCode::Internal, "minOverlap {}: must be 0 to 1", options.minOverlap);
     if (!(options.minInlierShare >= 0 && options.minInlierShare <= 1))
@@ -300,7 +300,7 @@ std::vector<FrameAlignment> alignFrames(std::span<const ImageF> frames, int refe
     alignment.chain();
     alignment.chooseAnchors();
     alignment.refine();
-    for (int round = 0; round < polishes; ++round) alignment.polish();
+    for (int round = 0; round < options.polishes; ++round) alignment.polish();
     return alignment.result();
 }
 

@@ -27,6 +27,8 @@ namespace virga::matte {
 
 struct AlignmentOptions {
     int mostFeatures = 800;       // looked for in a frame, >= 8
+    int polishes = 2;             // against the median of the frames nearby, >= 0. A second one is what clips of few
+                                  // frames need: 0.04 px become 0.03, with movers 0.08 0.03
     double minOverlap = 0.5;      // a frame that shares less of its area with the reference is refined against an
                                   // aligned frame nearer to it, 0..1
     double minInlierShare = 0.2;  // of a frame that counts as found, 0..1

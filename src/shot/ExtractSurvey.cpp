@@ -76,7 +76,11 @@ CameraJudgement judgeCamera(std::span<const ImageF> linearFrames)
         frames.push_back(reduced(linearFrames[k], step));
         toModel(frames.back(), ModelSpace::Display);
     }
-    for (const matte::FrameAlignment& place : matte::alignFrames(frames, 1)) {
+    // What is asked is whether it moves by a pixel.
+    matte::AlignmentOptions options;
+    options.mostFeatures = 300;
+    options.polishes = 0;
+    for (const matte::FrameAlignment& place : matte::alignFrames(frames, 1, options)) {
         judgement.isLost |= !place.found;
         if (place.found && place.inlierShare > fewestInliers)
             judgement.motion_px = std::max(judgement.motion_px, step * place.motion_px);

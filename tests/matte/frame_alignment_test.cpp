@@ -400,6 +400,7 @@ TEST(FrameAlignment, RefusesWhatItCannotUse)
     EXPECT_THROW(alignFrames(std::vector<ImageF>(2, ImageF(32, 32, 4)), 0), Error);
     EXPECT_THROW(alignFrames(frames, 0, {.mostFeatures = 7}), Error);
     EXPECT_THROW(alignFrames(frames, 0, {.minOverlap = 1.1}), Error);
+    EXPECT_THROW(alignFrames(frames, 0, {.polishes = -1}), Error);
     EXPECT_THROW(alignFrames(frames, 0, {.minInlierShare = -0.1}), Error);
 }
 
