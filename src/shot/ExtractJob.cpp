@@ -1,6 +1,7 @@
 #include "shot/ExtractJob.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -118,12 +119,27 @@ std::array<float, 3> shownColor(const matte::Extraction& found)
     return color;
 }
 
+/// So many frames that what is held of them, three times their size as float RGB, takes no more than half of the
+/// machine's memory.
+int framesThatFit(const io::PlateInfo& info)
+{
+    const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    const double frame = 3.0 * 12.0 * info.width * info.height;
+    // One span may have half as many again.
+    return int(std::clamp(0.5 * memory / (1.5 * frame), 4.0, 1e6));
+}
+
 class ExtractRun {
 public:
     ExtractRun(const ExtractJobOptions& job, const std::function<Verdict(const Progress&)>& progress)
         : job_(job), progress_(progress), footage_(job), delivery_(job, footage_)
     {
         options_ = matteOptions(job);
+        window_ = std::min(job.window, framesThatFit(footage_.info()));
+        const auto count = int(footage_.frames().size());
+        if (std::min(count, job.window) > window_)
+            log::warning("'{}': {} frames are solved together, as many as this machine's memory holds", job.footage,
+                         window_);
     }
 
     json run()
@@ -148,7 +164,7 @@ private:
     {
         const std::size_t all = footage_.frames().size();
         if (spans_.size() == 1) return footage_.frames();
-        const auto count = std::min(all, std::size_t(job_.window));
+        const auto count = std::min(all, std::size_t(window_));
         if (job_.stabilize) return numbers((all - count) / 2, count);
         std::vector<FrameNumber> some;
         for (std::size_t i = 0; i < count; ++i)
@@ -158,7 +174,7 @@ private:
 
     void survey()
     {
-        spans_ = windowSpans(footage_.frames().size(), std::size_t(job_.window));
+        spans_ = windowSpans(footage_.frames().size(), std::size_t(window_));
         Window window = footage_.readLinear(surveyed());
         if (window.size() == 0)
             throw Error(ErrorCode::Input, "'{}': none of the frames {} could be read", job_.footage,
@@ -393,7 +409,7 @@ private:
                   {"camera_motion_px", camera_.motion_px},
                   {"objective", std::move(objective)},
                   {"objective_rose", e.rose},
-                  {"window", job_.window},
+                  {"window", window_},
                   {"windows", spans_.size()}};
         rain_ = {{"color_model", {e.color[0], e.color[1], e.color[2]}},
                  {"color_error", colorError_},
@@ -441,6 +457,7 @@ private:
     ExtractFootage footage_;
     ExtractDelivery delivery_;
     matte::ExtractionOptions options_;
+    int window_ = 0;  // frames that are solved together
     std::vector<WindowSpan> spans_;
     SpaceChoice space_;
     Window delivered_;  // of a clip of one span, whose survey is all there is to solve
