@@ -9,7 +9,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <set>
 
 #include "core/Error.h"
 #include "core/Log.h"
@@ -208,7 +207,6 @@ private:
             seconds_["strokes"] += judging.seconds();
         }
         delivery_.keepPlate(solved.found);
-        direction_ = solved.found.direction;
         describe(solved);
         if (spans_.size() == 1) {
             delivered_ = std::move(window);
@@ -463,7 +461,6 @@ private:
     Window delivered_;  // of a clip of one span, whose survey is all there is to solve
     Solved only_;
     std::vector<double> gains_;
-    matte::RainDirection direction_;
     std::string colorSource_;
     const char* fallbackName_ = "assumed";
     double colorError_ = 0, untrusted_ = 0, residual_px_ = 0, inlierShare_ = 1, motion_px_ = 0;

@@ -9,12 +9,11 @@ namespace {
 constexpr int widest = 640;  // of a picture on the sheet [px]
 constexpr int gap = 8;
 constexpr float ground = 0.05f;
-constexpr int fewest = 1;
 
 /// Reduced by whole steps, box-filtered; grey becomes RGB.
 ImageF reduced(ConstImageViewF image)
 {
-    const int step = std::max(fewest, (image.width() + widest - 1) / widest);
+    const int step = std::max(1, (image.width() + widest - 1) / widest);
     ImageF small(std::max(1, image.width() / step), std::max(1, image.height() / step), 3);
     for (int y = 0; y < small.height(); ++y)
         for (int x = 0; x < small.width(); ++x)
