@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <charconv>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -43,6 +45,17 @@ double numberFrom(const char* flag, const std::string& text, const std::string& 
     if (const auto [end, error] = std::from_chars(word.data(), last, value); error != std::errc() || end != last)
         throw Error(ErrorCode::InvalidArgument, "{} '{}': must be {}", flag, text, allowed);
     return value;
+}
+
+/// Whole frames are allocated and freed all the time. Memory that is kept need not be cleared by the system again:
+/// a seventh of the time of 1080p. One arena, or what one thread has freed is lost to the others.
+void keepFreedMemory()
+{
+#ifdef __GLIBC__
+    mallopt(M_MMAP_MAX, 0);
+    mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+    mallopt(M_ARENA_MAX, 1);
+#endif
 }
 
 std::optional<std::array<double, 3>> colorFrom(const std::string& text)
@@ -117,6 +130,7 @@ int extract(const ExtractArguments& arguments)
         throw Error(ErrorCode::InvalidArgument, "--paper and --stabilize exclude each other");
 
     noteInterrupts();
+    keepFreedMemory();
     nlohmann::json report;
     {
         ProgressBar bar(arguments.common.quiet);

@@ -3,6 +3,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <thread>
 
@@ -17,6 +18,11 @@ void parallelFor(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t grain,
     }
     tbb::parallel_for(tbb::blocked_range<std::ptrdiff_t>(begin, end, std::size_t(grain)),
                       [&](const auto& piece) { body(piece.begin(), piece.end()); });
+}
+
+void together(const std::function<void()>& one, const std::function<void()>& other)
+{
+    tbb::parallel_invoke(one, other);
 }
 
 ThreadLimit::ThreadLimit(int threads)

@@ -11,6 +11,9 @@ namespace virga {
 void parallelFor(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t grain,
                  const std::function<void(std::ptrdiff_t first, std::ptrdiff_t last)>& body);
 
+/// Both, on two threads where there are two. An exception of either is rethrown when both are done.
+void together(const std::function<void()>& one, const std::function<void()>& other);
+
 /// At most `threads` threads (>= 1; 0 = all cores) run parallelFor bodies while this object lives.
 class ThreadLimit {
 public:

@@ -58,28 +58,52 @@ private:
     std::vector<float> values_;
 };
 
-/// Means; `to` is of the same size.
-void windowMean(const ImageF& image, int reach, ImageF& to)
+enum class Terms { All, Shortfalls };  // of a row, that are summed
+
+VIRGA_SIMD void addShortfalls(const float* __restrict row, int width, float* __restrict to)
 {
-    const int width = image.width(), height = image.height();
-    WideRow sum(width, reach, 0.0f);
-    std::vector<float> share(static_cast<std::size_t>(width));
-    for (int x = 0; x < width; ++x)
-        share[std::size_t(x)] = 1.0f / float(std::min(width - 1, x + reach) - std::max(0, x - reach) + 1);
-    for (int y = 0; y < height; ++y) {
-        const int first = std::max(0, y - reach), last = std::min(height - 1, y + reach);
-        std::copy_n(image.row(first), width, sum.row());
-        for (int t = first + 1; t <= last; ++t) addRow(image.row(t), width, sum.row());
-        meanAcross(sum.beside(), reach, share.data(), float(last - first + 1), width, to.row(y));
-    }
+    for (int x = 0; x < width; ++x) to[x] += row[x] < 0.0f ? row[x] : 0.0f;
 }
 
-/// The largest; `to` is of the same size.
-void windowMost(const ImageF& image, int reach, ImageF& to)
+/// Window means, of all values or of those below 0, a row at a time.
+class WindowMean {
+public:
+    WindowMean(const ImageF& image, int reach, Terms terms)
+        : image_(image), reach_(reach), terms_(terms), sum_(image.width(), reach, 0.0f),
+          share_(std::size_t(image.width())), mean_(std::size_t(image.width()))
+    {
+        const int width = image.width();
+        for (int x = 0; x < width; ++x)
+            share_[std::size_t(x)] = 1.0f / float(std::min(width - 1, x + reach) - std::max(0, x - reach) + 1);
+    }
+
+    /// Good until the next call.
+    const float* row(int y)
+    {
+        const int first = std::max(0, y - reach_), last = std::min(image_.height() - 1, y + reach_);
+        std::fill_n(sum_.row(), image_.width(), 0.0f);
+        for (int t = first; t <= last; ++t)
+            (terms_ == Terms::All ? addRow : addShortfalls)(image_.row(t), image_.width(), sum_.row());
+        meanAcross(sum_.beside(), reach_, share_.data(), float(last - first + 1), image_.width(), mean_.data());
+        return mean_.data();
+    }
+
+private:
+    const ImageF& image_;
+    int reach_;
+    Terms terms_;
+    WideRow sum_;
+    std::vector<float> share_, mean_;
+};
+
+/// The largest in the window, of the rows that `isWanted` names; `to` is of the same size.
+template <class Wanted>
+void windowMost(const ImageF& image, int reach, const Wanted& isWanted, ImageF& to)
 {
     const int width = image.width(), height = image.height();
     WideRow most(width, reach, std::numeric_limits<float>::lowest());
     for (int y = 0; y < height; ++y) {
+        if (!isWanted(y)) continue;
         const int first = std::max(0, y - reach), last = std::min(height - 1, y + reach);
         std::copy_n(image.row(first), width, most.row());
         for (int t = first + 1; t <= last; ++t) raiseRow(image.row(t), width, most.row());
@@ -88,9 +112,18 @@ void windowMost(const ImageF& image, int reach, ImageF& to)
     }
 }
 
-VIRGA_SIMD void shortfall(const float* __restrict difference, std::size_t count, float* __restrict to)
+VIRGA_SIMD int countBelow(const float* row, int count, float limit)
 {
-    for (std::size_t i = 0; i < count; ++i) to[i] = difference[i] < 0.0f ? difference[i] : 0.0f;
+    int below = 0;
+    for (int x = 0; x < count; ++x) below += row[x] < limit;
+    return below;
+}
+
+VIRGA_SIMD int countAbove(const float* row, int count, float limit)
+{
+    int above = 0;
+    for (int x = 0; x < count; ++x) above += row[x] > limit;
+    return above;
 }
 
 /// So many samples of each tile are below the scene with all that is around them. One pixel alone that is dark says
@@ -98,16 +131,12 @@ VIRGA_SIMD void shortfall(const float* __restrict difference, std::size_t count,
 Image<int> darkSamples(const ImageF& difference, int columns, int rows, float limit)
 {
     Image<int> counts(columns, rows, 1);
-    ImageF low(difference.width(), difference.height(), 1), dark(difference.width(), difference.height(), 1);
-    shortfall(difference.data(), difference.size(), low.data());
-    windowMean(low, darkReach, dark);
+    WindowMean dark(difference, darkReach, Terms::Shortfalls);
     for (int y = 0; y < difference.height(); ++y) {
         const float* row = dark.row(y);
         for (int c = 0; c < columns; ++c) {
-            const int right = std::min(difference.width(), (c + 1) * tile);
-            int below = 0;
-            for (int x = c * tile; x < right; ++x) below += row[x] < -limit;
-            counts.at(c, y / tile) += below;
+            const int left = c * tile, right = std::min(difference.width(), left + tile);
+            counts.at(c, y / tile) += countBelow(row + left, right - left, -limit);
         }
     }
     return counts;
@@ -121,6 +150,10 @@ Image<int> wideSamples(const ImageF& difference, int columns, int rows, float li
     std::vector<int> down(static_cast<std::size_t>(difference.width()));
     for (int y = 0; y < difference.height(); ++y) {
         const float* row = difference.row(y);
+        if (countAbove(row, difference.width(), limit) < wide) {
+            std::fill(down.begin(), down.end(), 0);
+            continue;
+        }
         int across = 0;
         for (int x = 0; x < difference.width(); ++x) {
             across = row[x] > limit ? across + 1 : 0;
@@ -174,24 +207,14 @@ Image<char> tilesWithEvidence(const std::vector<ImageF>& differences, double sig
     return tiles;
 }
 
-/// 0 outside of the tiles.
-void keepTiles(const Image<char>& tiles, ImageF& marks)
-{
-    for (int y = 0; y < marks.height(); ++y)
-        for (int c = 0; c < tiles.width(); ++c) {
-            const int left = c * tile, right = std::min(marks.width(), left + tile);
-            if (!tiles.at(c, y / tile)) std::fill(marks.row(y) + left, marks.row(y) + right, 0.0f);
-        }
-}
-
-/// 1 where something shows, 0 elsewhere. Written over `dark`.
-VIRGA_SIMD void mark(float* __restrict dark, const float* __restrict broad, const float* __restrict before,
-                     const float* __restrict after, std::size_t count, float darkest, float brightest)
+/// 1 where something shows, 0 elsewhere.
+VIRGA_SIMD void mark(const float* __restrict dark, const float* broad, const float* before, const float* after,
+                     std::size_t count, float darkest, float brightest, float* __restrict marks)
 {
     for (std::size_t i = 0; i < count; ++i) {
         const float stays = float(staying) * broad[i];
         const bool isBright = (broad[i] > brightest) & (before[i] > stays) & (after[i] > stays);
-        dark[i] = (dark[i] < darkest) | isBright ? 1.0f : 0.0f;
+        marks[i] = (dark[i] < darkest) | isBright ? 1.0f : 0.0f;
     }
 }
 
@@ -200,27 +223,66 @@ VIRGA_SIMD void complement(float* values, std::size_t count)
     for (std::size_t i = 0; i < count; ++i) values[i] = 1.0f - values[i];
 }
 
-/// What a frame's trust is made in.
-struct Room {
-    ImageF broad, low, dark;
+/// The tiles in which something moves. Most rows of most pictures have none, and need no look.
+class Tiles {
+public:
+    explicit Tiles(const Image<char>& seen) : seen_(seen)
+    {
+        for (int r = 0; r < seen.height(); ++r)
+            isInRow_.push_back(std::any_of(seen.row(r), seen.row(r) + seen.width(), [](char is) { return is != 0; }));
+    }
+    /// Whether a tile has a row within `reach` of this one.
+    bool touch(int y, int reach) const
+    {
+        const int first = std::max(0, y - reach) / tile, last = std::min((y + reach) / tile, seen_.height() - 1);
+        return std::any_of(isInRow_.begin() + first, isInRow_.begin() + last + 1, [](bool is) { return is; });
+    }
+    /// 0 outside of the tiles.
+    void keep(int y, int width, float* marks) const
+    {
+        for (int c = 0; c < seen_.width(); ++c)
+            if (!seen_.at(c, y / tile)) std::fill(marks + c * tile, marks + std::min(width, (c + 1) * tile), 0.0f);
+    }
+
+private:
+    const Image<char>& seen_;
+    std::vector<bool> isInRow_;
 };
 
-/// Trust, in place of the difference. before, after: windowMost of the broad means of the frames beside; where there is
-/// none of the frame's own, which always stays; both null: nothing can stay.
-void trustOf(ImageF& difference, const ImageF* before, const ImageF* after, const Image<char>& tiles, double sigma,
-             Room& room)
+/// windowMost of the broad means, of the rows with tiles. broad: room.
+void mostAround(const ImageF& difference, const Tiles& tiles, ImageF& broad, ImageF& most)
 {
-    const std::size_t count = difference.size();
-    windowMean(difference, broadReach, room.broad);
-    shortfall(difference.data(), count, room.low.data());
-    windowMean(room.low, darkReach, room.dark);
+    WindowMean mean(difference, broadReach, Terms::All);
+    for (int y = 0; y < difference.height(); ++y)
+        if (tiles.touch(y, stayReach)) std::copy_n(mean.row(y), difference.width(), broad.row(y));
+    windowMost(
+        broad, stayReach, [&](int y) { return tiles.touch(y, 0); }, most);
+}
+
+/// Trust, in place of the difference. before, after: mostAround of the frames beside; where there is none the frame's
+/// own broad mean, which always stays; both null: nothing can stay. marks: room.
+void trustOf(ImageF& difference, const ImageF* before, const ImageF* after, const Tiles& tiles, double sigma,
+             ImageF& marks)
+{
+    const int width = difference.width(), height = difference.height();
     const bool isAlone = before == nullptr && after == nullptr;
     const float brightest = isAlone ? std::numeric_limits<float>::infinity() : float(broadLimit * sigma);
-    mark(room.dark.data(), room.broad.data(), (before ? before : &room.broad)->data(),
-         (after ? after : &room.broad)->data(), count, float(-darkLimit * sigma), brightest);
-    keepTiles(tiles, room.dark);
-    windowMost(room.dark, margin, difference);
-    complement(difference.data(), count);
+    WindowMean broad(difference, broadReach, Terms::All), dark(difference, darkReach, Terms::Shortfalls);
+    for (int y = 0; y < height; ++y) {
+        if (!tiles.touch(y, 0)) {
+            std::fill_n(marks.row(y), width, 0.0f);
+            continue;
+        }
+        const float *wide = broad.row(y), *low = dark.row(y);
+        mark(low, wide, before ? before->row(y) : wide, after ? after->row(y) : wide, std::size_t(width),
+             float(-darkLimit * sigma), brightest, marks.row(y));
+        tiles.keep(y, width, marks.row(y));
+    }
+    for (int y = 0; y < height; ++y)
+        if (!tiles.touch(y, margin)) std::fill_n(difference.row(y), width, 0.0f);
+    windowMost(
+        marks, margin, [&](int y) { return tiles.touch(y, margin); }, difference);
+    complement(difference.data(), difference.size());
 }
 
 }  // namespace
@@ -283,21 +345,21 @@ std::vector<ImageF> sceneTrust(std::span<const ImageF> frames, const ImageF& sce
     if (frames.empty()) return {};
     Evidence seen = evidenceIn(frames, scene, leastNoise);
     if (seen.isEmpty()) return {};
+    const Tiles tiles(seen.tiles);
     const auto room = [&] { return ImageF(scene.width(), scene.height(), 1); };
     std::vector<ImageF> most(frames.size()), trust = std::move(seen.differences);
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         ImageF broad = room();
         for (auto k = std::size_t(first); k < std::size_t(last); ++k) {
             most[k] = room();
-            windowMean(trust[k], broadReach, broad);
-            windowMost(broad, stayReach, most[k]);
+            mostAround(trust[k], tiles, broad, most[k]);
         }
     });
     parallelFor(0, count, 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        Room of{room(), room(), room()};
+        ImageF marks = room();
         for (auto k = std::size_t(first); k < std::size_t(last); ++k)
-            trustOf(trust[k], k > 0 ? &most[k - 1] : nullptr, k + 1 < frames.size() ? &most[k + 1] : nullptr,
-                    seen.tiles, seen.sigma, of);
+            trustOf(trust[k], k > 0 ? &most[k - 1] : nullptr, k + 1 < frames.size() ? &most[k + 1] : nullptr, tiles,
+                    seen.sigma, marks);
     });
     return trust;
 }

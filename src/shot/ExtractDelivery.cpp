@@ -35,6 +35,8 @@ constexpr std::array outputs = {"alpha.####.exr", "confidence.####.exr", "clean.
 constexpr std::size_t judgedFrames = 5;
 constexpr double leastContrast = 0.01;            // of a stroke's alpha, unless the noise is less
 constexpr std::size_t mostCounted = 100'000;      // strokes that the statistics are made of
+constexpr std::size_t enoughStrokes = 2000;       // of one solution: their means are good to 2 %
+constexpr std::size_t searchedAtOnce = 4;         // frames
 constexpr double leastGain = 0.1, mostGain = 10;  // of the environment, for --match
 constexpr double fewestClear = 1;
 constexpr double clearScore = 0.3;  // of a stroke that counts when it is asked whether it rains
@@ -78,6 +80,20 @@ double massOf(std::span<const ImageF> alphas)
         count += double(alpha.size());
     }
     return count > 0.0 ? sum / count : 0.0;
+}
+
+/// The first, the middle, the quarters and so on of `count` frames: any number from the begin is spread over all.
+std::vector<std::size_t> spreadOrder(std::size_t count)
+{
+    std::vector<std::size_t> order;
+    std::vector<bool> taken(count, false);
+    for (std::size_t parts = 1; order.size() < count; parts *= 2)
+        for (std::size_t i = 0; i < parts; ++i)
+            if (const std::size_t k = i * count / parts; !taken[k]) {
+                taken[k] = true;
+                order.push_back(k);
+            }
+    return order;
 }
 
 }  // namespace
@@ -266,14 +282,13 @@ void ExtractDelivery::judge(std::span<const ImageF> frames, const matte::Extract
                      job_.footage, brightStrokes_, darkStrokes_);
 }
 
-/// frame: with the exposure that it was filmed with.
+/// frame: without its gain.
 ExtractDelivery::Delivered ExtractDelivery::prepare(ImageF frame, const ImageF* coverage, const Solution& solution,
                                                     std::size_t k) const
 {
     const matte::Extraction& found = solution.found;
     const auto channels = std::size_t(footage_.channels());
     const std::span<const double> gains = std::span(found.gains).subspan(k * channels, channels);
-    matte::removeGain(frame, gains);
     ImageF warpedAlpha, warpedScene, warpedTrust;
     const ImageF *inView = &found.alphas[k], *sceneInView = &found.scene;
     const ImageF* trust = found.trust.empty() ? nullptr : &found.trust[k];
@@ -323,10 +338,10 @@ bool ExtractDelivery::deliver(const FootageWindow& window, Solution& solution, s
                               const Solution* before, std::size_t fade, const std::function<bool(FrameNumber)>& tell)
 {
     matte::Extraction& found = solution.found;
-    const auto channels = std::size_t(footage_.channels());
+    const auto gainsOf = [channels = std::size_t(footage_.channels())](const Solution& of, std::size_t k) {
+        return std::span(of.found.gains).subspan(k * channels, channels);
+    };
     const auto ready = [&](std::size_t k) {
-        ImageF frame = window.frames[k];
-        if (solution.places.empty()) matte::applyGain(frame, std::span(found.gains).subspan(k * channels, channels));
         const ImageF* coverage = window.coverages.empty() ? nullptr : &window.coverages[k];
         const FrameNumber number = window.numbers[k];
         const auto there =
@@ -334,8 +349,16 @@ bool ExtractDelivery::deliver(const FootageWindow& window, Solution& solution, s
                 ? std::find(before->numbers.begin(), before->numbers.end(), number) - before->numbers.begin()
                 : std::ptrdiff_t(before != nullptr ? before->numbers.size() : 0);
         const bool isFading = before != nullptr && std::size_t(there) < before->numbers.size();
+        // A solution without places has taken the gains out of its window's frames.
+        ImageF frame = window.frames[k];
         Delivered earlier;
-        if (isFading) earlier = prepare(frame, coverage, *before, std::size_t(there));
+        if (isFading) {
+            ImageF again = frame;
+            if (solution.places.empty()) matte::applyGain(again, gainsOf(solution, k));
+            matte::removeGain(again, gainsOf(*before, std::size_t(there)));
+            earlier = prepare(std::move(again), coverage, *before, std::size_t(there));
+        }
+        if (!solution.places.empty()) matte::removeGain(frame, gainsOf(solution, k));
         Delivered out = prepare(std::move(frame), coverage, solution, k);
         if (isFading) out.fadeFrom(earlier, float((double(k - from) + 0.5) / double(fade)));
         for (const float value : out.alpha.values()) out.wetSamples += value > wet;
@@ -382,33 +405,44 @@ bool ExtractDelivery::deliver(const FootageWindow& window, Solution& solution, s
     return goesOn;
 }
 
-/// Strokes for the statistics and the best of them for the atlas, of `count` of the alphas that were delivered.
+/// Strokes for the statistics and the best of them for the atlas, of `count` of the alphas that were delivered: of as
+/// many frames as it takes to find enough, those first that were searched when it was judged whether it rains.
 void ExtractDelivery::gather(matte::Extraction& found, std::size_t from, std::size_t count)
 {
     const Timer timer;
     const matte::RainStrokeOptions options = strokeOptions(found);
-    const std::span<ImageF> alphas = std::span(found.alphas).subspan(from, count);
-    // Those that are known already are not looked for again.
-    std::map<std::size_t, ImageF> known;
-    for (const auto& [k, some] : judged_)
-        if (k >= from && k - from < count) known[k - from] = std::exchange(alphas[k - from], ImageF());
-    std::vector<matte::RainStroke> strokes = matte::findRainStrokes(alphas, options);
-    for (auto& [n, alpha] : known) {
-        alphas[n] = std::move(alpha);
-        for (matte::RainStroke& stroke : judged_[from + n]) {
-            stroke.frame = int(n);
+    std::vector<matte::RainStroke> strokes;  // their frames: numbers in the solution
+    std::size_t searched = 0;
+    const auto add = [&](std::size_t k, std::vector<matte::RainStroke> some) {
+        for (matte::RainStroke& stroke : some) {
+            stroke.frame = int(k);
             strokes.push_back(stroke);
         }
+        ++searched;
+    };
+    for (const auto& [k, some] : judged_)
+        if (k >= from && k - from < count) add(k, some);
+    std::vector<std::size_t> order;
+    for (const std::size_t n : spreadOrder(count))
+        if (!judged_.contains(from + n)) order.push_back(from + n);
+    for (std::size_t begin = 0; begin < order.size() && strokes.size() < enoughStrokes; begin += searchedAtOnce) {
+        const std::size_t some = std::min(searchedAtOnce, order.size() - begin);
+        std::vector<std::vector<matte::RainStroke>> of(some);
+        parallelFor(0, std::ptrdiff_t(some), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            for (auto n = std::size_t(first); n < std::size_t(last); ++n)
+                of[n] = matte::findRainStrokes(std::span(&found.alphas[order[begin + n]], 1), options);
+        });
+        for (std::size_t n = 0; n < some; ++n) add(order[begin + n], std::move(of[n]));
     }
     std::stable_sort(strokes.begin(), strokes.end(),
                      [](const matte::RainStroke& a, const matte::RainStroke& b) { return a.frame < b.frame; });
     minContrast_ = options.minContrast;
     if (strokes_.size() < mostCounted) {
         strokes_.insert(strokes_.end(), strokes.begin(), strokes.end());
-        countedFrames_ += alphas.size();
+        countedFrames_ += searched;
     }
     for (const matte::RainStroke& stroke : matte::bestStrokes(strokes, job_.strokes))
-        best_.push_back(matte::keepStroke(alphas[std::size_t(stroke.frame)], stroke, acrossWidths));
+        best_.push_back(matte::keepStroke(found.alphas[std::size_t(stroke.frame)], stroke, acrossWidths));
     std::stable_sort(best_.begin(), best_.end(), [](const matte::KeptStroke& a, const matte::KeptStroke& b) {
         return a.stroke.score > b.stroke.score;
     });
@@ -416,18 +450,8 @@ void ExtractDelivery::gather(matte::Extraction& found, std::size_t from, std::si
     seconds_["strokes"] += timer.seconds();
 }
 
-void ExtractDelivery::finish()
+void ExtractDelivery::makeAtlas()
 {
-    const Timer timer;
-    if (clean_) clean_->finish();
-    ImageF plate = plate_;
-    fromModel(plate, space_);
-    linearPlate_ = ImageF(plate.width(), plate.height(), 3);
-    const ImageF& rgb = linearPlate_;
-    for (std::size_t i = 0; i < rgb.size(); ++i)
-        linearPlate_.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
-    io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false, "rle");  // its noise leaves zip little to gain
-    io::writeExr(path("confidence.exr"), confidence_, {"confidence"}, true);
     if (!best_.empty()) {
         std::vector<ImageF> alphas;
         std::vector<matte::RainStroke> strokes;
@@ -450,9 +474,29 @@ void ExtractDelivery::finish()
         std::error_code error;
         for (const char* name : {"atlas.exr", "atlas.json"}) std::filesystem::remove(path(name), error);
     }
-    if (!sheetFrame_.empty())
-        io::writePng(path("sheet.png"),
-                     extractSheet(sheetFrame_, sheetAlpha_, rgb, sheetClean_, atlas_ ? &*atlas_ : nullptr));
+}
+
+void ExtractDelivery::finish()
+{
+    const Timer timer;
+    if (clean_) clean_->finish();
+    ImageF plate = plate_;
+    fromModel(plate, space_);
+    linearPlate_ = ImageF(plate.width(), plate.height(), 3);
+    const ImageF& rgb = linearPlate_;
+    for (std::size_t i = 0; i < rgb.size(); ++i)
+        linearPlate_.data()[i] = plate.channels() == 3 ? plate.data()[i] : plate.data()[i / 3];
+    together(
+        [&] {
+            io::writeExr(path("clean.exr"), rgb, {"R", "G", "B"}, false, "rle");  // its noise leaves zip little to gain
+            io::writeExr(path("confidence.exr"), confidence_, {"confidence"}, true);
+        },
+        [&] {
+            makeAtlas();
+            if (!sheetFrame_.empty())
+                io::writePng(path("sheet.png"),
+                             extractSheet(sheetFrame_, sheetAlpha_, rgb, sheetClean_, atlas_ ? &*atlas_ : nullptr));
+        });
     seconds_["write"] += timer.seconds();
 }
 
@@ -505,6 +549,7 @@ json ExtractDelivery::report() const
                  {"mass_dark", darkMass_},
                  {"color", {linearColor_[0], linearColor_[1], linearColor_[2]}},
                  {"strokes", s.count},
+                 {"strokes_frames", countedFrames_},
                  {"strokes_per_frame", perFrame},
                  {"strokes_per_megapixel", perFrame / megapixels},
                  {"strokes_slant_deg", s.slant / degree},

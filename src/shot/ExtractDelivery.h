@@ -68,6 +68,7 @@ private:
     matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
     void addEstimate(nlohmann::json& rain, nlohmann::json& match) const;
     void gather(matte::Extraction& found, std::size_t from, std::size_t count);
+    void makeAtlas();
 
     const ExtractJobOptions& job_;
     ExtractFootage& footage_;

@@ -12,6 +12,7 @@
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "core/Parallel.h"
 #include "core/Timer.h"
 #include "matte/ExposureGain.h"
 #include "matte/FrameAlignment.h"
@@ -180,9 +181,15 @@ private:
                         formatFrameRange(footage_.frames()));
         if (footage_.damagedShare() >= 1.0)
             throw Error(ErrorCode::Input, "'{}': no pixel is a finite number", job_.footage);
-        judgeCamera(window);
         const Timer timer;
-        space_ = chooseSpace(job_, footage_.info().isFloat, window.frames);
+        together(
+            [&] {
+                if (!job_.stabilize) camera_ = judgeCamera(window.frames);
+            },
+            [&] { space_ = chooseSpace(job_, footage_.info().isFloat, window.frames); });
+        if (camera_.moves)
+            stopOrGoOn(fmt::format("the camera moves, by {:.1f} px at the corners; --stabilize registers the frames",
+                                   camera_.motion_px));
         footage_.judgeChannels(window);
         footage_.toModel(window, space_.space);
         if (job_.color) options_.color = toModelColor(*job_.color, space_.space);
@@ -271,17 +278,6 @@ private:
         for (std::size_t k = 0; k < window.size() && gains_.size() == window.size() * channels; ++k)
             matte::applyGain(window.frames[k], std::span(gains_).subspan(k * channels, channels));
         gains_.clear();
-    }
-
-    void judgeCamera(const Window& linear)
-    {
-        if (job_.stabilize) return;
-        const Timer timer;
-        camera_ = shot::judgeCamera(linear.frames);
-        seconds_["camera"] += timer.seconds();
-        if (camera_.moves)
-            stopOrGoOn(fmt::format("the camera moves, by {:.1f} px at the corners; --stabilize registers the frames",
-                                   camera_.motion_px));
     }
 
     void stopOrGoOn(const std::string& problem) const
