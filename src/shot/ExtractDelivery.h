@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "matte/CutAtlas.h"
 #include "matte/FrameAlignment.h"
 #include "matte/RainExtraction.h"
 #include "shot/ExtractFootage.h"
+#include "shot/RainFindings.h"
 
 namespace virga::shot {
 
@@ -22,16 +22,15 @@ public:
     ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& footage);
     ~ExtractDelivery();
 
-    /// What the whole clip is delivered in. Colours in the values of the model: `color` is the C that it is solved
-    /// with, `shown` the one that mattes are made for. They differ where light was added, which has no C: solved with
-    /// one far beyond white, mattes would be next to nothing.
-    void setModel(ModelSpace space, const std::array<float, 3>& color, const std::array<float, 3>& shown);
+    /// What the whole clip is delivered in.
+    void setModel(const MatteModel& model) { model_ = model; }
 
-    /// Whether it rains at all: strokes that are brighter than the scene, or alpha at large that has a direction,
-    /// against those that are darker, of which rain makes none. Where it does not, alphas are 0 and the frames stay as
-    /// they are. areDelivered: deliver() is called with this solution, and no camera moves.
-    void judge(std::span<const ImageF> frames, const matte::Extraction& found, bool areDelivered);
-    bool rains() const { return rains_; }
+    /// Whether it rains at all (RainFindings.h). Where it does not, alphas are 0 and the frames stay as they are.
+    void judge(std::span<const ImageF> frames, const matte::Extraction& found, bool areDelivered)
+    {
+        findings_.judge(frames, found, model_, areDelivered);
+    }
+    bool rains() const { return findings_.rains(); }
 
     /// The scene that clean.exr shows.
     void keepPlate(const matte::Extraction& found);
@@ -64,32 +63,17 @@ private:
     std::string path(const std::string& name) const;
     bool writesHalf() const;
     Delivered prepare(ImageF frame, const ImageF* coverage, const Solution& solution, std::size_t k) const;
-    ImageF toLinearAlpha(const ImageF& alpha, const ImageF& scene) const;
-    matte::RainStrokeOptions strokeOptions(const matte::Extraction& found) const;
-    void addEstimate(nlohmann::json& rain, nlohmann::json& match) const;
-    void gather(matte::Extraction& found, std::size_t from, std::size_t count);
-    void makeAtlas();
+    void writeAtlas() const;
 
     const ExtractJobOptions& job_;
     ExtractFootage& footage_;
     std::unique_ptr<io::PlateWriter> clean_;
-    ModelSpace space_ = ModelSpace::Linear;
-    std::array<float, 3> color_{};        // in the values of the model
-    std::array<float, 3> linearColor_{};  // `shown`, in linear light
-    bool isRecoloured_ = false;
-    bool rains_ = true;
-    int brightStrokes_ = 0, darkStrokes_ = 0;
-    double brightMass_ = 0, darkMass_ = 0;
-    std::map<std::size_t, std::vector<matte::RainStroke>> judged_;  // of alphas that will be delivered as they are
-    ImageF plate_;                                                  // in the values of the model
-    ImageF linearPlate_;                                            // RGB, once it is written
-    ImageF confidence_;                                             // of the survey
+    MatteModel model_;
+    RainFindings findings_;
+    ImageF plate_;        // in the values of the model
+    ImageF linearPlate_;  // RGB, once it is written
+    ImageF confidence_;   // of the survey
     std::vector<FrameNumber> delivered_;
-    std::vector<matte::RainStroke> strokes_;  // of the frames whose strokes are counted
-    std::size_t countedFrames_ = 0;
-    std::vector<matte::KeptStroke> best_;
-    std::optional<matte::StrokeAtlas> atlas_;
-    double minContrast_ = 0.01;  // of the strokes that are counted
     ImageF sheetFrame_, sheetAlpha_, sheetClean_;
     double wetSamples_ = 0, samples_ = 0, confident_ = 0;
     std::map<std::string, double> seconds_;

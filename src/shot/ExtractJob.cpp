@@ -205,7 +205,7 @@ private:
         }
         colorSource_ = !isFallback || job_.paper ? nameOf(solved.found.colorSource) : fallbackName_;
         colorError_ = solved.found.colorError;
-        delivery_.setModel(space_.space, solved.found.color, shownColor(solved.found));
+        delivery_.setModel({space_.space, solved.found.color, shownColor(solved.found)});
         {
             const Timer judging;
             delivery_.judge(job_.stabilize ? solved.registered : window.frames, solved.found,
