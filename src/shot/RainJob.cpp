@@ -54,6 +54,28 @@ void checkFiles(const Settings& s, const FramePlan& plan, const std::vector<Fram
                     describeFrames(missing, "is", "are"), formatFrameRange(found));
 }
 
+/// No result takes the place of what the rain is made from. (The plate itself: createPlateWriter.)
+void keepInputs(const Settings& s, const RainJobOptions& options, const std::vector<FrameNumber>& frames)
+{
+    const auto nameOf = [](const std::string& pattern, FrameNumber frame) {
+        return io::isFramePattern(pattern) ? io::framePath(pattern, frame) : pattern;
+    };
+    const std::pair<const char*, const std::string*> inputs[] = {{"depth", &s.depth},   {"env", &s.env},
+                                                                 {"lights", &s.lights}, {"mattes", &s.mattes},
+                                                                 {"camera", &s.camera}, {"grade-from", &s.gradeFrom}};
+    for (const auto& [flag, input] : inputs) {
+        if (input->empty()) continue;
+        for (const std::string& output : {options.output, options.preview})
+            for (const FrameNumber frame : frames) {
+                const std::string written = nameOf(output, frame);
+                if (io::isSameFile(written, nameOf(*input, frame)))
+                    throw Error(ErrorCode::Output, "{}: is a file of --{}; give the result another name", written,
+                                flag);
+                if (!io::isFramePattern(output) && !io::isFramePattern(*input)) break;
+            }
+    }
+}
+
 /// The contact sheet's name, checked before there is work to lose.
 void checkPreview(const RainJobOptions& options)
 {
@@ -113,6 +135,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         throw Error(ErrorCode::Output,
                     "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
                     frames.size());
+    keepInputs(settings, options, frames);
     const auto writer = io::createPlateWriter(options.output, *reader,
                                               {.outputColorspace = settings.outputColorspace,
                                                .codec = settings.codec,

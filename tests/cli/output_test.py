@@ -56,6 +56,18 @@ class Outputs(CliTest):
         self.refused(5, ["shot.0002.exr", "of the plate itself"], "rain", "--quiet", "shot.%04d.exr", "--frames", "2", "-o",
                      "shot.0002.exr")
 
+    def test_outputIsAnotherInput(self):
+        for frame in range(1, 4):
+            writeImage(self.folder / f"z.{frame:04d}.exr", street()[..., :1] + 5, "float", ["Z"])
+        (self.folder / "look.exr").symlink_to("z.0002.exr")
+        plate = ["rain", "--quiet", "shot.%04d.exr"]
+        self.refused(5, ["z.0001.exr", "--depth"], *plate, "-o", "z.####.exr", "--depth", "z.%04d.exr")
+        self.refused(5, ["look.exr", "--depth"], *plate, "--frames", "2", "-o", "look.exr", "--depth", "z.%04d.exr")
+        for flag in ("--env", "--mattes", "--grade-from", "--lights", "--camera"):
+            self.refused(5, ["still.png", flag], *plate, "--frames", "2", "-o", "still.png", flag, "still.png")
+        self.refused(5, ["still.png", "--env"], *plate, "--frames", "2", "-o", "out.png", "--env", "./still.png", "--preview",
+                     "still.png")
+
     def test_preview(self):
         for preview, words in (("none/sheet.png", "the folder none does not exist"), ("still.png/sheet.png", "not a folder"),
                                ("sheet.mp4", ".png"), ("folder", "is a folder")):
