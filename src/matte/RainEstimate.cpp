@@ -38,6 +38,7 @@ constexpr double kLeastSharp = 0.5;                       // w^2 / (w^2 + c^2), 
 constexpr double kWidest = 0.05, kWidestLeast = 16;       // share and number of the strokes that tell the opacity
 constexpr double kSmallestDrop = 3e-4;                    // [m], smaller ones are never seen singly
 constexpr double kSteepest = 1.3;                         // slant [rad] beyond which wind is not told from turbulence
+constexpr double kSettled = 1e-5;                         // of the logarithms
 constexpr double kTwoSided = 1.645;                       // standard deviations, 90 %
 
 double quantileOf(std::vector<double> values, double share)
@@ -84,7 +85,7 @@ public:
     {
         constexpr int depths = 64;
         for (std::size_t i = 0; i < kSizes; ++i) {
-            const double d = diameter(i), path = rainfall::terminalSpeed(d) * exposure * lens.focal;
+            const double d = diameter(i), path = speeds()[i] * exposure * lens.focal;
             const double first = std::max(limits.near, path / limits.longest);
             const double last = std::min(limits.far, path / limits.shortest * std::exp(3 * kLengthScatter));
             if (!(last > first)) continue;
@@ -173,6 +174,16 @@ private:
     static constexpr std::size_t kSizes = 64;
     static double logStep() { return std::log(rainfall::DropSizes::breakUpDiameter / kSmallestDrop) / double(kSizes); }
     static double diameter(std::size_t i) { return kSmallestDrop * std::exp((double(i) + 0.5) * logStep()); }
+
+    static const std::array<double, kSizes>& speeds()
+    {
+        static const std::array<double, kSizes> all = [] {
+            std::array<double, kSizes> of;
+            for (std::size_t i = 0; i < kSizes; ++i) of[i] = rainfall::terminalSpeed(diameter(i));
+            return of;
+        }();
+        return all;
+    }
 
     /// Drops a cubic metre.
     static std::array<double, kSizes> numbers(double rate)
@@ -325,6 +336,7 @@ RainEstimate estimateRain(std::span<const RainStroke> strokes, int width, int he
     // Exposure, opacity and rate hang together through the drops that show and the blur of near ones.
     double exposure = 0.005, opacity = kUsualOpacity, rate = 25, diameter = 1.5e-3;
     for (int i = 0; i < 40; ++i) {
+        const double before = exposure, opacityBefore = opacity;
         const View view(lens, limits, exposure, opacity);
         rate = view.rate(density);
         if (const double d = view.medianDiameter(rate); d > 0) diameter = d;
@@ -340,6 +352,8 @@ RainEstimate estimateRain(std::span<const RainStroke> strokes, int width, int he
         const double found =
             medianLength * std::sqrt(opacity * std::exp(favour)) * diameter / rainfall::terminalSpeed(diameter);
         exposure = std::clamp(std::sqrt(exposure * found), kShortest, kLongestExposure);
+        if (std::abs(std::log(exposure / before)) < kSettled && std::abs(std::log(opacity / opacityBefore)) < kSettled)
+            break;
     }
     // No rain has so many strokes.
     if (rate > 0.99 * kMostRate) return {};
