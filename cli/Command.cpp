@@ -9,6 +9,7 @@
 #include "core/Log.h"
 #include "core/Parallel.h"
 #include "gl/Context.h"
+#include "shot/Parameters.h"
 
 namespace virga::cli {
 
@@ -41,6 +42,11 @@ void addCommonFlags(CLI::App& command, CommonFlags& flags)
         ->check([](const std::string& name) {
             return gl::isDeviceName(name) ? std::string() : "'" + name + "': must be auto, cpu, gpu or a device number";
         });
+}
+
+void addOcioFlag(CLI::App& command, std::string& file, const char* group)
+{
+    command.add_option("--ocio", file, shot::findParameter("ocio").help)->type_name("FILE")->group(group);
 }
 
 int runCommand(const CommonFlags& flags, const std::function<int(const CommonFlags&)>& body)

@@ -20,6 +20,9 @@ struct CommonFlags {
 /// Adds --help, --quiet, --verbose, --json, --threads and --device, in a group of their own. Call it last.
 void addCommonFlags(CLI::App& command, CommonFlags& flags);
 
+/// Adds --ocio, for commands that do not have it from the table of settings.
+void addOcioFlag(CLI::App& command, std::string& file, const char* group);
+
 /// Sets log level and threads, runs `body`, and turns what it throws into a sentence on standard error and an exit
 /// code.
 int runCommand(const CommonFlags& flags, const std::function<int(const CommonFlags&)>& body);

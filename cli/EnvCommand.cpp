@@ -108,9 +108,10 @@ Runner addEnvCommand(CLI::App& app, CLI::App*& command)
         ->group(group);
     command
         ->add_option("--colorspace", job.colorspace,
-                     "of the input, by OpenColorIO name (default by metadata, else a guess)")
+                     "of the input, by name (default by metadata, else a guess; virga info --colorspaces)")
         ->type_name("NAME")
         ->group(group);
+    addOcioFlag(*command, job.ocio, group);
     command->add_option("--order", job.order, "of the harmonics' coefficients in the report (default 3; 0 to 128)")
         ->type_name("N")
         ->group(group);

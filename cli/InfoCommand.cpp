@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "Command.h"
+#include "InfoColor.h"
 #include "gl/Context.h"
 #include "io/Versions.h"
 #include "shot/Parameters.h"
@@ -14,7 +15,8 @@ namespace {
 
 struct InfoArguments {
     CommonFlags common;
-    bool parameters = false;
+    bool parameters = false, colorspaces = false;
+    std::string file, ocio;
 };
 
 int info(const InfoArguments& arguments)
@@ -22,6 +24,21 @@ int info(const InfoArguments& arguments)
     if (arguments.parameters) {
         std::fputs(shot::parametersPage().c_str(), stdout);
         return 0;
+    }
+    const auto print = [&](const nlohmann::json& report, const std::string& text) {
+        // A file name need not be UTF-8; JSON must.
+        const std::string said =
+            arguments.common.json ? report.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n" : text;
+        std::fputs(said.c_str(), stdout);
+        return 0;
+    };
+    if (arguments.colorspaces) {
+        const nlohmann::json report = colorReport(arguments.ocio);
+        return print(report, colorText(report));
+    }
+    if (!arguments.file.empty()) {
+        const nlohmann::json report = plateReport(arguments.file, arguments.ocio);
+        return print(report, plateText(report));
     }
     const auto devices = gl::listDevices();
     const auto libraries = io::libraryVersions();
@@ -52,8 +69,11 @@ int info(const InfoArguments& arguments)
 
 Runner addInfoCommand(CLI::App& app, CLI::App*& command)
 {
-    command = app.add_subcommand("info", "GL devices, library versions; what is missing and how to get it");
+    command = app.add_subcommand("info", "GL devices, library versions; what a plate is; colour spaces");
     const auto arguments = std::make_shared<InfoArguments>();
+    command->add_option("PLATE", arguments->file, "a movie, an image, or a pattern: what its header says");
+    command->add_flag("--colorspaces", arguments->colorspaces, "names that --colorspace understands, and roles");
+    addOcioFlag(*command, arguments->ocio, "OPTIONS");
     command->add_flag("--parameters", arguments->parameters, "print docs/parameters.md");
     addCommonFlags(*command, arguments->common);
     return [arguments] { return runCommand(arguments->common, [&](const CommonFlags&) { return info(*arguments); }); };

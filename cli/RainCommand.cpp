@@ -45,7 +45,7 @@ std::string valueName(const shot::Parameter& p)
     if (std::holds_alternative<shot::AutoColor Settings::*>(p.member)) return "R,G,B";
     if (!std::holds_alternative<std::string Settings::*>(p.member)) return unit;
     if (std::string_view(p.name) == "ground") return "m[,deg]";
-    for (const std::string_view file : {"mattes", "camera", "env", "lights", "depth", "grade-from"})
+    for (const std::string_view file : {"mattes", "camera", "env", "lights", "depth", "grade-from", "ocio"})
         if (file == p.name) return "FILE";
     return "NAME";
 }

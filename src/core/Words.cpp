@@ -1,11 +1,19 @@
 #include "core/Words.h"
 
 #include <algorithm>
+#include <cctype>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 namespace virga {
+
+std::string lowerCase(std::string_view text)
+{
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+    return result;
+}
 
 std::size_t editDistance(std::string_view a, std::string_view b)
 {

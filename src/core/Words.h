@@ -8,6 +8,9 @@
 
 namespace virga {
 
+/// ASCII letters made small; others stay.
+std::string lowerCase(std::string_view text);
+
 /// Letters to add, drop or exchange to make one word of the other (Levenshtein 1966).
 std::size_t editDistance(std::string_view a, std::string_view b);
 

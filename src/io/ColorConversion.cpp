@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <utility>
+#include <filesystem>
+#include <mutex>
 
 #include "core/Error.h"
+#include "core/Log.h"
 #include "core/Words.h"
 
 namespace virga::io {
@@ -17,163 +18,6 @@ namespace virga::io {
 namespace OCIO = OCIO_NAMESPACE;
 
 namespace {
-
-constexpr double d65x = 0.3127, d65y = 0.3290;
-constexpr Primaries rec709{"Linear Rec.709", {0.640, 0.330}, {0.300, 0.600}, {0.150, 0.060}, {d65x, d65y}};
-constexpr Primaries rec601at525{"Linear Rec.601 525", {0.630, 0.340}, {0.310, 0.595}, {0.155, 0.070}, {d65x, d65y}};
-constexpr Primaries rec601at625{"Linear Rec.601 625", {0.640, 0.330}, {0.290, 0.600}, {0.150, 0.060}, {d65x, d65y}};
-constexpr Primaries rec2020{"Linear Rec.2020", {0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, {d65x, d65y}};
-constexpr Primaries p3d65{"Linear P3-D65", {0.680, 0.320}, {0.265, 0.690}, {0.150, 0.060}, {d65x, d65y}};
-// AMPAS S-2014-004 and TB-2014-004.
-constexpr Primaries ap1{"ACEScg", {0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}};
-constexpr Primaries ap0{"ACES2065-1", {0.7347, 0.2653}, {0.0, 1.0}, {0.0001, -0.0770}, {0.32168, 0.33767}};
-
-std::string lowerCase(std::string_view text)
-{
-    std::string result(text);
-    std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
-    return result;
-}
-
-using Matrix3 = std::array<std::array<double, 3>, 3>;
-
-Matrix3 multiply(const Matrix3& a, const Matrix3& b)
-{
-    Matrix3 result{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            for (std::size_t k = 0; k < 3; ++k) result[i][j] += a[i][k] * b[k][j];
-    return result;
-}
-
-Matrix3 inverse(const Matrix3& m)
-{
-    Matrix3 result{};
-    double determinant = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-        determinant += m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3]);
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            result[j][i] = (m[(i + 1) % 3][(j + 1) % 3] * m[(i + 2) % 3][(j + 2) % 3] -
-                            m[(i + 1) % 3][(j + 2) % 3] * m[(i + 2) % 3][(j + 1) % 3]) /
-                           determinant;
-    return result;
-}
-
-/// XYZ of the three primaries in its columns, scaled so that (1,1,1) is the white with Y = 1. SMPTE RP 177.
-Matrix3 xyzFromRgb(const Primaries& p)
-{
-    const double* corners[3] = {p.red, p.green, p.blue};
-    Matrix3 m{};
-    for (std::size_t i = 0; i < 3; ++i) {
-        m[0][i] = corners[i][0] / corners[i][1];
-        m[1][i] = 1;
-        m[2][i] = (1 - corners[i][0] - corners[i][1]) / corners[i][1];
-    }
-    const double white[3] = {p.white[0] / p.white[1], 1, (1 - p.white[0] - p.white[1]) / p.white[1]};
-    const Matrix3 inverted = inverse(m);
-    for (std::size_t i = 0; i < 3; ++i) {
-        double share = 0;
-        for (std::size_t k = 0; k < 3; ++k) share += inverted[i][k] * white[k];
-        for (std::size_t row = 0; row < 3; ++row) m[row][i] *= share;
-    }
-    return m;
-}
-
-/// Bradford adaptation to the white of ACES (Lam 1985, as in ICC.1:2010 annex E).
-Matrix3 adaptToAcesWhite(const Primaries& p)
-{
-    const Matrix3 bradford{{{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
-    const auto cone = [&](const double white[2]) {
-        const double xyz[3] = {white[0] / white[1], 1, (1 - white[0] - white[1]) / white[1]};
-        std::array<double, 3> result{};
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t k = 0; k < 3; ++k) result[i] += bradford[i][k] * xyz[k];
-        return result;
-    };
-    const auto from = cone(p.white), to = cone(ap0.white);
-    Matrix3 scale{};
-    for (std::size_t i = 0; i < 3; ++i) scale[i][i] = to[i] / from[i];
-    return multiply(inverse(bradford), multiply(scale, bradford));
-}
-
-OCIO::TransformRcPtr toAces(const Primaries& p)
-{
-    const Matrix3 m = multiply(inverse(xyzFromRgb(ap0)), multiply(adaptToAcesWhite(p), xyzFromRgb(p)));
-    std::array<double, 16> values{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j) values[4 * i + j] = m[i][j];
-    values[15] = 1;
-    const auto transform = OCIO::MatrixTransform::Create();
-    transform->setMatrix(values.data());
-    return transform;
-}
-
-/// Our configuration. Its spaces hold linear light of each set of primaries and what has no curve of ours; curves are
-/// applied by Curve.h before and after, which is faster and knows HLG.
-OCIO::ConstConfigRcPtr ownConfig()
-{
-    static const OCIO::ConstConfigRcPtr made = [] {
-        const auto config = OCIO::Config::Create();
-        config->setVersion(2, 1);
-        const auto add = [&](const char* name, const OCIO::TransformRcPtr& toReference, bool isData) {
-            const auto space = OCIO::ColorSpace::Create();
-            space->setName(name);
-            space->setIsData(isData);
-            if (toReference) space->setTransform(toReference, OCIO::COLORSPACE_DIR_TO_REFERENCE);
-            config->addColorSpace(space);
-        };
-        for (const Primaries* p : {&ap0, &ap1, &rec709, &rec601at525, &rec601at625, &rec2020, &p3d65})
-            add(p->linearName, p == &ap0 ? nullptr : toAces(*p), false);
-        for (const char* style : {"ACEScct_to_ACES2065-1", "ACEScc_to_ACES2065-1"}) {
-            const auto transform = OCIO::BuiltinTransform::Create();
-            transform->setStyle(style);
-            add(std::string(style).substr(0, std::string(style).find('_')).c_str(), transform, false);
-        }
-        add("raw", nullptr, true);
-        config->setRole("aces_interchange", ap0.linearName);
-        config->setRole(OCIO::ROLE_SCENE_LINEAR, rec709.linearName);
-        config->setRole(OCIO::ROLE_DEFAULT, "raw");
-        config->setRole(OCIO::ROLE_DATA, "raw");
-        return config;
-    }();
-    return made;
-}
-
-/// The configuration that $OCIO names, or null. Read once.
-OCIO::ConstConfigRcPtr userConfig()
-{
-    static const OCIO::ConstConfigRcPtr read = []() -> OCIO::ConstConfigRcPtr {
-        const char* path = std::getenv("OCIO");
-        if (path == nullptr || *path == '\0') return nullptr;
-        try {
-            return OCIO::Config::CreateFromFile(path);
-        } catch (const OCIO::Exception& problem) {
-            throw Error(ErrorCode::Input, "{}: the colour configuration that $OCIO names cannot be read: {}", path,
-                        problem.what());
-        }
-    }();
-    return read;
-}
-
-/// A space found by name: in one of the configurations, or one of ours that is a curve over linear primaries.
-struct Found {
-    OCIO::ConstConfigRcPtr config;
-    std::string spaceName;  // in `config`
-    Curve curve = Curve::Linear;
-    bool isUsers = false;
-    bool isData = false;
-};
-
-std::vector<std::string> allNames()
-{
-    std::vector<std::string> names;
-    if (const auto config = userConfig())
-        for (int i = 0; i < config->getNumColorSpaces(); ++i) names.emplace_back(config->getColorSpaceNameByIndex(i));
-    for (const NamedSpace& space : ownColorspaces()) names.emplace_back(space.name);
-    names.insert(names.end(), {"ACEScct", "ACEScc"});
-    return names;
-}
 
 /// At most four, nearest first, whatever their case; the beginning of a name is compared as well as the whole.
 std::vector<std::string> nearestNames(const std::string& name, std::vector<std::string> names)
@@ -189,22 +33,43 @@ std::vector<std::string> nearestNames(const std::string& name, std::vector<std::
     return names;
 }
 
-Found find(const std::string& name)
+/// What OpenColorIO says, as the middle of a sentence of ours.
+std::string oneLine(const std::string& text)
 {
-    if (const auto config = userConfig())
-        if (const auto space = config->getColorSpace(name.c_str()))
-            return {config, space->getName(), Curve::Linear, true, space->isData()};
-    if (const NamedSpace* own = findOwnColorspace(name)) {
-        const bool isData = own->primaries == nullptr;
-        return {ownConfig(), isData ? "raw" : own->primaries->linearName, own->curve, false, isData};
-    }
-    if (const auto space = ownConfig()->getColorSpace(name.c_str()))
-        return {ownConfig(), space->getName(), Curve::Linear, false, space->isData()};
+    std::string line;
+    for (const char c : text)
+        if (c != '\n')
+            line += c;
+        else if (!line.empty() && line.back() != ' ')
+            line += ' ';
+    while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+    constexpr std::size_t longest = 300;
+    return line.size() > longest ? line.substr(0, longest) + "..." : line;
+}
 
-    const std::vector<std::string> names = allNames();
-    if (name == "list") throw Error(ErrorCode::InvalidArgument, "the colour spaces are {}", fmt::join(names, ", "));
-    throw Error(ErrorCode::InvalidArgument, "colour space '{}' is not known; near it are {}; 'list' names all {}", name,
-                fmt::join(nearestNames(name, names), ", "), names.size());
+/// Once a process: OpenColorIO's own messages go to the detailed log.
+void routeMessages()
+{
+    static std::once_flag once;
+    std::call_once(once, [] {
+        OCIO::SetLoggingFunction([](const char* message) {
+            try {
+                if (const std::string text = oneLine(message); !text.empty()) log::writeDetail(text);
+            } catch (...) {  // a message that is lost is better than an exception through the library
+            }
+        });
+    });
+}
+
+OCIO::MatrixTransformRcPtr matrixTransform(const Matrix3& m)
+{
+    std::array<double, 16> values{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) values[4 * i + j] = m[i][j];
+    values[15] = 1;
+    const auto transform = OCIO::MatrixTransform::Create();
+    transform->setMatrix(values.data());
+    return transform;
 }
 
 class IdentityTransform final : public ColorTransform {
@@ -248,133 +113,222 @@ private:
     OCIO::ConstCPUProcessorRcPtr processor_;
 };
 
+/// What joins the user's configuration to ours.
+constexpr const char* acesRole = "aces_interchange";
+
+/// A space found by name: one of the user's configuration, or one of ours.
+struct Found {
+    OCIO::ConstColorSpaceRcPtr users;
+    const NamedSpace* own = nullptr;
+
+    std::string name() const { return users ? users->getName() : own->name; }
+    bool isData() const { return users ? users->isData() : own->primaries == nullptr; }
+    explicit operator bool() const { return users || own != nullptr; }
+};
+
+class Config final : public ColorConfig {
+public:
+    Config(OCIO::ConstConfigRcPtr users, std::string origin) : users_(std::move(users)), origin_(std::move(origin)) {}
+
+    std::string origin() const override { return origin_; }
+    bool knows(const std::string& name) const override { return bool(lookUp(name)); }
+    std::string resolve(const std::string& name) const override { return find(name).name(); }
+
+    const NamedSpace* equivalent(const std::string& name) const override
+    {
+        const Found found = find(name);
+        if (found.own != nullptr) return found.own;
+        if (found.isData()) return findOwnColorspace("raw");
+        if (!users_->hasRole(acesRole)) return nullptr;
+        // Colours in the user's space, and what they are in ACES2065-1.
+        static constexpr float probes[][3] = {
+            {0.18f, 0.18f, 0.18f}, {0.7f, 0.1f, 0.2f}, {0.3f, 0.9f, 0.05f}, {0.02f, 0.4f, 0.6f}, {1, 1, 1}};
+        std::vector<std::array<float, 3>> aces;
+        const auto toAces = transform(found.name(), primaries::ap0.linearName);
+        for (const auto& probe : probes) {
+            std::array<float, 3> value{probe[0], probe[1], probe[2]};
+            toAces->apply(&value[0], &value[1], &value[2], 1);
+            aces.push_back(value);
+        }
+        for (const NamedSpace& space : ownColorspaces()) {
+            if (space.primaries == nullptr) continue;
+            const Matrix3 m = conversionMatrix(*space.primaries, primaries::ap0);
+            double worst = 0;
+            for (std::size_t k = 0; k < aces.size(); ++k)
+                for (std::size_t i = 0; i < 3; ++i) {
+                    double value = 0;
+                    for (std::size_t j = 0; j < 3; ++j)
+                        value += m[i][j] * decodeCurveExact(space.curve, double(probes[k][j]));
+                    worst = std::max(worst, std::fabs(value - double(aces[k][i])));
+                }
+            if (worst < 1e-4) return &space;
+        }
+        return nullptr;
+    }
+
+    std::string fromFileRules(const std::string& path) const override
+    {
+        if (!users_) return {};
+        std::size_t rule = 0;
+        const std::string space = users_->getColorSpaceFromFilepath(path.c_str(), rule);
+        // The last rule is the default one, which every file matches.
+        return rule + 1 < users_->getFileRules()->getNumEntries() ? resolve(space) : std::string();
+    }
+
+    std::string working(const std::string& colorspace) const override
+    {
+        const Found found = find(colorspace);
+        if (found.isData()) return found.name();
+        if (found.own != nullptr) return found.own->primaries->linearName;
+        const auto linear = users_->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
+        if (!linear)
+            throw Error(ErrorCode::Input, "{}: has no role scene_linear, so that '{}' has no linear space to work in",
+                        origin_, found.name());
+        return linear->getName();
+    }
+
+    std::shared_ptr<const ColorTransform> transform(const std::string& from, const std::string& to) const override
+    {
+        const Found source = find(from), target = find(to);
+        if (source.isData() || target.isData() || source.name() == target.name())
+            return std::make_shared<IdentityTransform>();
+        if (source.own != nullptr && target.own != nullptr && source.own->primaries == target.own->primaries) {
+            if (target.own->curve == Curve::Linear) return std::make_shared<CurveTransform>(source.own->curve, true);
+            if (source.own->curve == Curve::Linear) return std::make_shared<CurveTransform>(target.own->curve, false);
+        }
+        try {
+            const auto processor = processorBetween(source, target);
+            return std::make_shared<ProcessorTransform>(
+                curveOf(source), processor->getOptimizedCPUProcessor(OCIO::OPTIMIZATION_LOSSLESS), curveOf(target));
+        } catch (const OCIO::Exception& problem) {
+            throw Error(ErrorCode::InvalidArgument, "there is no way from colour space '{}' to '{}': {}", from, to,
+                        oneLine(problem.what()));
+        }
+    }
+
+    std::vector<Listed> spaces() const override
+    {
+        std::vector<Listed> result;
+        for (int i = 0; users_ && i < users_->getNumColorSpaces(); ++i) {
+            const auto space = users_->getColorSpace(users_->getColorSpaceNameByIndex(i));
+            Listed listed{space->getName(), space->getFamily(), {}, true};
+            for (std::size_t a = 0; a < space->getNumAliases(); ++a) listed.aliases.emplace_back(space->getAlias(a));
+            result.push_back(std::move(listed));
+        }
+        for (const NamedSpace& space : ownColorspaces()) {
+            const Found found = lookUp(space.name);
+            if (found.users) continue;  // hidden by one of the user's
+            result.push_back({space.name, space.family, space.aliases, false});
+        }
+        return result;
+    }
+
+    std::vector<std::pair<std::string, std::string>> roles() const override
+    {
+        std::vector<std::pair<std::string, std::string>> result;
+        for (int i = 0; users_ && i < users_->getNumRoles(); ++i)
+            result.emplace_back(users_->getRoleName(i), users_->getRoleColorSpace(i));
+        for (const auto& [role, space] : ownRoles())
+            if (!users_ || !users_->hasRole(role.c_str())) result.emplace_back(role, resolve(role));
+        return result;
+    }
+
+private:
+    /// Nothing if nobody knows the name.
+    Found lookUp(const std::string& name) const
+    {
+        Found found;
+        if (users_) found.users = users_->getColorSpace(name.c_str());
+        if (found.users) return found;
+        found.own = findOwnColorspace(name);
+        if (found.own != nullptr) return found;
+        const std::string wanted = lowerCase(name);
+        for (const auto& [role, space] : ownRoles())
+            if (wanted == role) found.own = findOwnColorspace(space);
+        return found;
+    }
+
+    Found find(const std::string& name) const
+    {
+        if (const Found found = lookUp(name)) return found;
+        std::vector<std::string> names;
+        for (const Listed& space : spaces()) names.push_back(space.name);
+        throw Error(ErrorCode::InvalidArgument,
+                    "colour space '{}' is not known; near it are {}; 'virga info --colorspaces' lists all {}", name,
+                    fmt::join(nearestNames(name, names), ", "), names.size());
+    }
+
+    static Curve curveOf(const Found& space) { return space.own != nullptr ? space.own->curve : Curve::Linear; }
+
+    /// Between the linear lights of ours, the user's spaces as they are, or across.
+    OCIO::ConstProcessorRcPtr processorBetween(const Found& source, const Found& target) const
+    {
+        if (source.users && target.users) return users_->getProcessor(source.users, target.users);
+        const auto group = OCIO::GroupTransform::Create();
+        if (source.users) group->appendTransform(throughInterchange(source.users->getName(), true));
+        const Primaries& from = source.own != nullptr ? *source.own->primaries : primaries::ap0;
+        const Primaries& to = target.own != nullptr ? *target.own->primaries : primaries::ap0;
+        group->appendTransform(matrixTransform(conversionMatrix(from, to)));
+        if (target.users) group->appendTransform(throughInterchange(target.users->getName(), false));
+        return (users_ ? users_ : OCIO::Config::CreateRaw())->getProcessor(group);
+    }
+
+    /// A space of the user's configuration to ACES2065-1 or back.
+    OCIO::TransformRcPtr throughInterchange(const char* space, bool toAces) const
+    {
+        if (!users_->hasRole(acesRole))
+            throw OCIO::Exception(
+                (origin_ + " has no role aces_interchange, which joins it to the built-in spaces").c_str());
+        const auto transform = OCIO::ColorSpaceTransform::Create();
+        transform->setSrc(toAces ? space : acesRole);
+        transform->setDst(toAces ? acesRole : space);
+        transform->setDataBypass(false);
+        return transform;
+    }
+
+    OCIO::ConstConfigRcPtr users_;  // null: ours alone
+    std::string origin_;
+};
+
 }  // namespace
 
-const std::vector<NamedSpace>& ownColorspaces()
-{
-    static const std::vector<NamedSpace> spaces = {
-        {"sRGB", Curve::Srgb, &rec709},
-        {"Rec.709 camera", Curve::Rec709Camera, &rec709},
-        {"Rec.709 BT.1886", Curve::Bt1886, &rec709},
-        {"Rec.709 gamma 2.2", Curve::Gamma22, &rec709},
-        {"Rec.709 gamma 2.8", Curve::Gamma28, &rec709},
-        {"Linear Rec.709", Curve::Linear, &rec709},
-        {"Cineon", Curve::Cineon, &rec709},
-        {"Rec.601 525", Curve::Srgb, &rec601at525},
-        {"Linear Rec.601 525", Curve::Linear, &rec601at525},
-        {"Rec.601 625", Curve::Srgb, &rec601at625},
-        {"Linear Rec.601 625", Curve::Linear, &rec601at625},
-        {"Display P3", Curve::Srgb, &p3d65},
-        {"P3-D65 gamma 2.6", Curve::Gamma26, &p3d65},
-        {"P3-D65 PQ", Curve::Pq, &p3d65},
-        {"Linear P3-D65", Curve::Linear, &p3d65},
-        {"Rec.2020", Curve::Srgb, &rec2020},
-        {"Rec.2020 camera", Curve::Rec709Camera, &rec2020},
-        {"Rec.2020 BT.1886", Curve::Bt1886, &rec2020},
-        {"Rec.2020 PQ", Curve::Pq, &rec2020},
-        {"Rec.2020 HLG", Curve::Hlg, &rec2020},
-        {"Linear Rec.2020", Curve::Linear, &rec2020},
-        {"ACEScg", Curve::Linear, &ap1},
-        {"ACES2065-1", Curve::Linear, &ap0},
-        {"raw", Curve::Linear, nullptr},
-    };
-    return spaces;
-}
+std::shared_ptr<const ColorConfig> ColorConfig::builtIn() { return std::make_shared<Config>(nullptr, "built-in"); }
 
-const NamedSpace* findOwnColorspace(std::string_view name)
+std::shared_ptr<const ColorConfig> ColorConfig::open(const std::string& file)
 {
-    const std::string wanted = lowerCase(name);
-    // Words that people type for the same things.
-    static const std::array<std::pair<const char*, const char*>, 8> synonyms = {{{"rec.709", "srgb"},
-                                                                                 {"rec709", "srgb"},
-                                                                                 {"linear", "linear rec.709"},
-                                                                                 {"lin_rec709", "linear rec.709"},
-                                                                                 {"scene_linear", "linear rec.709"},
-                                                                                 {"data", "raw"},
-                                                                                 {"lin_rec2020", "linear rec.2020"},
-                                                                                 {"lin_srgb", "linear rec.709"}}};
-    const auto synonym =
-        std::find_if(synonyms.begin(), synonyms.end(), [&](const auto& s) { return wanted == s.first; });
-    for (const NamedSpace& space : ownColorspaces())
-        if (lowerCase(space.name) == (synonym == synonyms.end() ? wanted : synonym->second)) return &space;
-    return nullptr;
-}
-
-const NamedSpace* findOwnColorspace(Curve curve, std::string_view linearName)
-{
-    for (const NamedSpace& space : ownColorspaces())
-        if (space.primaries != nullptr && space.curve == curve && linearName == space.primaries->linearName)
-            return &space;
-    return nullptr;
-}
-
-const Primaries* findPrimaries(const float chromaticities[8])
-{
-    for (const Primaries* p : {&rec709, &rec601at525, &rec601at625, &rec2020, &p3d65, &ap1, &ap0}) {
-        const double* corners[4] = {p->red, p->green, p->blue, p->white};
-        bool near = true;
-        for (int i = 0; i < 8; ++i) near = near && std::fabs(double(chromaticities[i]) - corners[i / 2][i % 2]) < 0.002;
-        if (near) return p;
+    routeMessages();
+    const char* variable = std::getenv("OCIO");
+    const std::string path = !file.empty() ? file : variable != nullptr ? variable : "";
+    if (path.empty()) return builtIn();
+    const std::string origin = path + (file.empty() ? " ($OCIO)" : " (--ocio)");
+    std::error_code error;
+    if (!path.starts_with("ocio://") && !std::filesystem::is_regular_file(path, error))
+        throw Error(ErrorCode::Input, "{}: {}; a colour configuration is a file such as config.ocio", origin,
+                    std::filesystem::exists(path, error) ? "is not a file" : "does not exist");
+    try {
+        const OCIO::ConstConfigRcPtr config = OCIO::Config::CreateFromFile(path.c_str());
+        config->validate();
+        return std::make_shared<Config>(config, origin);
+    } catch (const OCIO::Exception& problem) {
+        throw Error(ErrorCode::Input, "{}: is no colour configuration that can be used: {}", origin,
+                    oneLine(problem.what()));
     }
-    return nullptr;
-}
-
-const Primaries* primariesOf(const std::string& colorspace)
-{
-    const NamedSpace* own = findOwnColorspace(colorspace);
-    const bool isUsers = userConfig() && userConfig()->getColorSpace(colorspace.c_str());
-    return own != nullptr && !isUsers ? own->primaries : nullptr;
-}
-
-std::string resolveColorspace(const std::string& name)
-{
-    const Found found = find(name);
-    if (found.isUsers) return found.spaceName;
-    if (const NamedSpace* own = findOwnColorspace(name)) return own->name;
-    return found.spaceName;
-}
-
-std::string colorspaceFromFileRules(const std::string& path)
-{
-    const auto config = userConfig();
-    if (!config) return {};
-    std::size_t rule = 0;
-    const std::string space = config->getColorSpaceFromFilepath(path.c_str(), rule);
-    // The last rule is the default one, which every file matches.
-    return rule + 1 < config->getFileRules()->getNumEntries() ? space : std::string();
-}
-
-std::string workingColorspace(const std::string& colorspace)
-{
-    const Found found = find(colorspace);
-    if (found.isData) return resolveColorspace(colorspace);
-    if (found.isUsers) {
-        const auto linear = found.config->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
-        return linear ? linear->getName() : found.spaceName;
-    }
-    // Of our own spaces only those without a curve of ours (ACEScct, ACEScc) are not linear in their own primaries.
-    return findOwnColorspace(colorspace) != nullptr ? found.spaceName : std::string(ap1.linearName);
 }
 
 std::shared_ptr<const ColorTransform> makeColorTransform(const std::string& from, const std::string& to)
 {
-    const Found source = find(from), target = find(to);
-    const bool sameSpace = source.config == target.config && source.spaceName == target.spaceName;
-    if (source.isData || target.isData || (sameSpace && source.curve == target.curve))
-        return std::make_shared<IdentityTransform>();
-    if (sameSpace && target.curve == Curve::Linear) return std::make_shared<CurveTransform>(source.curve, true);
-    if (sameSpace && source.curve == Curve::Linear) return std::make_shared<CurveTransform>(target.curve, false);
-    try {
-        const auto processor = source.config == target.config
-                                   ? source.config->getProcessor(source.spaceName.c_str(), target.spaceName.c_str())
-                                   : OCIO::Config::GetProcessorFromConfigs(source.config, source.spaceName.c_str(),
-                                                                           target.config, target.spaceName.c_str());
-        return std::make_shared<ProcessorTransform>(
-            source.curve, processor->getOptimizedCPUProcessor(OCIO::OPTIMIZATION_LOSSLESS), target.curve);
-    } catch (const OCIO::Exception& problem) {
-        throw Error(ErrorCode::InvalidArgument, "there is no way from colour space '{}' to '{}': {}", from, to,
-                    problem.what());
-    }
+    return ColorConfig::builtIn()->transform(from, to);
+}
+
+ColorClaim chooseColorspace(const ColorConfig& config, const std::string& flag, const std::string& path,
+                            const std::vector<ColorClaim>& said)
+{
+    if (!flag.empty()) return {config.resolve(flag), "flag"};
+    for (const ColorClaim& claim : said)
+        if (!claim.isGuess() && config.knows(claim.colorspace)) return {config.resolve(claim.colorspace), claim.source};
+    if (const std::string ruled = config.fromFileRules(path); !ruled.empty())
+        return {ruled, "file rules of " + config.origin()};
+    return {config.resolve(said.back().colorspace), said.back().source};
 }
 
 }  // namespace virga::io

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/Simd.h"
+#include "io/LogCurve.h"
 
 namespace virga::io {
 
@@ -30,11 +31,12 @@ constexpr PowerCurve powerCurve(Curve curve)
         case Curve::Bt1886: return {2.4, 0, 1, 0};
         case Curve::Gamma22: return {2.2, 0, 1, 0};
         case Curve::Gamma26: return {2.6, 0, 1, 0};
+        case Curve::AdobeRgb: return {563.0 / 256, 0, 1, 0};
         default: return {2.8, 0, 1, 0};
     }
 }
 
-constexpr bool isPower(Curve curve) { return curve != Curve::Pq && curve != Curve::Hlg && curve != Curve::Cineon; }
+constexpr bool isPower(Curve curve) { return curve < Curve::Pq; }
 
 /// x^p for x > 0 to about 2 ulp of its exponent's precision. Polynomials of Moshier's Cephes library (logf, exp2f).
 VIRGA_INLINE float fastPower(float x, float p)
@@ -129,31 +131,16 @@ double hlgEncode(double linear)
     return linear <= 1.0 / 12 ? std::sqrt(3 * linear) : hlgA * std::log(12 * linear - hlgB) + hlgC;
 }
 
-// Kodak, "Conversion of 10-bit Log Film Data to 8-bit Linear or Video Data", 1995, without soft clip.
-constexpr double cineonWhite = 685, cineonCodesPerDecade = 300;
-const double cineonBlack = std::pow(10, (95 - cineonWhite) / cineonCodesPerDecade);
-
-double cineonDecode(double code)
-{
-    return (std::pow(10, (1023 * code - cineonWhite) / cineonCodesPerDecade) - cineonBlack) / (1 - cineonBlack);
-}
-
-double cineonEncode(double linear)
-{
-    const double light = std::fmax(linear * (1 - cineonBlack) + cineonBlack, 1e-10);
-    return (std::log10(light) * cineonCodesPerDecade + cineonWhite) / 1023;
-}
-
 }  // namespace
 
 double decodeCurveExact(Curve curve, double code) noexcept
 {
+    if (isLogarithm(curve)) return decodeLogarithm(curve, code);
     const double size = std::fabs(code);
     switch (curve) {
         case Curve::Linear: return code;
         case Curve::Pq: return std::copysign(pqDecode(size), code);
         case Curve::Hlg: return std::copysign(hlgDecode(size), code);
-        case Curve::Cineon: return cineonDecode(code);
         default: {
             const PowerCurve p = powerCurve(curve);
             return std::copysign(size <= p.toe ? size / p.slope : std::pow((size + p.offset) / (1 + p.offset), p.power),
@@ -164,12 +151,12 @@ double decodeCurveExact(Curve curve, double code) noexcept
 
 double encodeCurveExact(Curve curve, double linear) noexcept
 {
+    if (isLogarithm(curve)) return encodeLogarithm(curve, linear);
     const double size = std::fabs(linear);
     switch (curve) {
         case Curve::Linear: return linear;
         case Curve::Pq: return std::copysign(pqEncode(size), linear);
         case Curve::Hlg: return std::copysign(hlgEncode(size), linear);
-        case Curve::Cineon: return cineonEncode(linear);
         default: {
             const PowerCurve p = powerCurve(curve);
             const double code =

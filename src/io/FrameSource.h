@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/ColorConversion.h"
 #include "io/Plate.h"
 
 namespace virga::io {
@@ -61,6 +62,11 @@ public:
     /// The movie, or null for images.
     virtual const MovieOrigin* movie() const { return nullptr; }
 };
+
+/// Fills in the colour of `info`, whose path is set: the configuration, the space by options and `said` (see
+/// chooseColorspace), the working space. Returns the way to it.
+std::shared_ptr<const ColorTransform> describeColor(PlateInfo& info, const ReadOptions& options,
+                                                    const std::vector<ColorClaim>& said);
 
 std::unique_ptr<FrameSource> openMovie(const std::string& path, const ReadOptions& options);
 /// One image or a pattern.

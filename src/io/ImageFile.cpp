@@ -4,17 +4,19 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <string_view>
 
 #include "core/Error.h"
 #include "core/Parallel.h"
 #include "io/AtomicFile.h"
-#include "io/ColorConversion.h"
+#include "io/ImageColor.h"
 #include "io/PngCheck.h"
 
 namespace virga::io {
@@ -91,29 +93,26 @@ bool isOfTheFile(const std::string& name)
            std::any_of(std::begin(names), std::end(names), [&](const char* n) { return name == n; });
 }
 
-void findColorspace(const ImageSpec& spec, ImageHeader& header)
+ImageColorWords colorWordsOf(const ImageInput& input, const std::string& path)
 {
-    const std::string said = spec.get_string_attribute("oiio:ColorSpace");
-    const OIIO::ParamValue* chromaticities = spec.find_attribute("chromaticities", TypeDesc(TypeDesc::FLOAT, 8));
-    if (header.isFloat) {
-        header.colorspace = "Linear Rec.709";
-        header.colorspaceSource = "guess: floating point is linear light";
-        if (chromaticities != nullptr)
-            if (const Primaries* primaries = findPrimaries(static_cast<const float*>(chromaticities->data()))) {
-                header.colorspace = primaries->linearName;
-                header.colorspaceSource = "metadata";
-            }
-        return;
+    const ImageSpec& spec = input.spec();
+    ImageColorWords words;
+    words.isFloat = spec.format.is_floating_point();
+    words.interopId = spec.get_string_attribute("colorInteropID");
+    words.isAcesContainer = spec.get_int_attribute("acesImageContainerFlag") == 1;
+    words.profile = spec.get_string_attribute("ICCProfile:profile_description");
+    words.hasProfile = spec.find_attribute("ICCProfile") != nullptr;
+    words.transfer = spec.get_string_attribute("oiio:ColorSpace");
+    // OpenImageIO says so of every picture that is silent; the file itself does in its Exif block or in a PNG's chunk.
+    const bool isSaid = spec.get_int_attribute("Exif:ColorSpace") == 1 ||
+                        (std::string_view(input.format_name()) == "png" && !isPngWithoutColorspace(path));
+    if (words.transfer == "sRGB" && !isSaid) words.transfer.clear();
+    if (const auto* found = spec.find_attribute("chromaticities", TypeDesc(TypeDesc::FLOAT, 8))) {
+        std::array<float, 8> values{};
+        std::copy_n(static_cast<const float*>(found->data()), values.size(), values.begin());
+        words.chromaticities = values;
     }
-    header.colorspaceSource = "metadata";
-    if (said == "Linear" || said == "scene_linear" || said == "lin_srgb")
-        header.colorspace = "Linear Rec.709";
-    else if (said == "KodakLog")
-        header.colorspace = "Cineon";
-    else {
-        header.colorspace = "sRGB";
-        if (said.empty()) header.colorspaceSource = "guess: integer pixels of a picture";
-    }
+    return words;
 }
 
 /// OpenImageIO gathers what several layers below it say, a line each; the first is where it went wrong.
@@ -160,7 +159,7 @@ ImageHeader headerOf(const ImageInput& input, const std::string& path)
         const int* fraction = static_cast<const int*>(rate->data());
         if (fraction[0] > 0 && fraction[1] > 0) header.fps = double(fraction[0]) / fraction[1];
     }
-    findColorspace(spec, header);
+    header.colorClaims = colorClaims(colorWordsOf(input, path));
     for (const OIIO::ParamValue& value : spec.extra_attribs)
         if (!isOfTheFile(value.name().string())) header.attributes.push_back(toAttribute(value));
     // Kept apart from the rest, so that a plate that was compressed without loss stays so in the same way.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "io/ColorTransform.h"
+#include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 
 namespace virga::io {
@@ -20,9 +20,8 @@ struct ImageHeader {
     bool isStraight = false;  ///< colours are not multiplied by alpha
     bool hasAlpha = false;
     double pixelAspect = 1;
-    double fps = 0;          ///< 0: it does not say
-    std::string colorspace;  ///< one of our names, from what the file says or is
-    std::string colorspaceSource;
+    double fps = 0;                       ///< 0: it does not say
+    std::vector<ColorClaim> colorClaims;  ///< for chooseColorspace
     std::vector<Attribute> attributes;
 };
 

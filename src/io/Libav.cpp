@@ -291,48 +291,85 @@ YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path)
     }
 }
 
-std::string colorspaceOf(int transfer, int primaries)
+namespace {
+
+/// Nothing for transfers that are not ours: logarithms of old scanners, and those that nobody specified.
+std::optional<Curve> curveOf(int transfer)
 {
-    const auto curve = [&] {
-        switch (transfer) {
-            case AVCOL_TRC_LINEAR: return Curve::Linear;
-            case AVCOL_TRC_GAMMA22: return Curve::Gamma22;
-            case AVCOL_TRC_GAMMA28: return Curve::Gamma28;
-            case AVCOL_TRC_SMPTE2084: return Curve::Pq;
-            case AVCOL_TRC_ARIB_STD_B67: return Curve::Hlg;
-            case AVCOL_TRC_SMPTE428: return Curve::Gamma26;
-            default: return Curve::Srgb;
-        }
-    }();
-    const char* linear = [&] {
-        switch (primaries) {
-            case AVCOL_PRI_SMPTE170M:
-            case AVCOL_PRI_SMPTE240M: return "Linear Rec.601 525";
-            case AVCOL_PRI_BT470BG: return "Linear Rec.601 625";
-            case AVCOL_PRI_BT2020: return "Linear Rec.2020";
-            case AVCOL_PRI_SMPTE432: return "Linear P3-D65";
-            default: return "Linear Rec.709";
-        }
-    }();
-    if (const NamedSpace* space = findOwnColorspace(curve, linear)) return space->name;
-    // The curve matters more than the primaries: nothing is converted between primaries unless it is asked for.
-    for (const char* fallback : {"Linear Rec.709", "Linear Rec.2020", "Linear P3-D65"})
-        if (const NamedSpace* space = findOwnColorspace(curve, fallback)) return space->name;
-    return "sRGB";
+    switch (transfer) {
+        case AVCOL_TRC_LINEAR: return Curve::Linear;
+        case AVCOL_TRC_GAMMA22: return Curve::Gamma22;
+        case AVCOL_TRC_GAMMA28: return Curve::Gamma28;
+        case AVCOL_TRC_SMPTE2084: return Curve::Pq;
+        case AVCOL_TRC_ARIB_STD_B67: return Curve::Hlg;
+        case AVCOL_TRC_SMPTE428:
+            return Curve::Gamma26;  // its 48 cd/m2 are 1, not the 52.37 of the tag
+        // Display-referred video, see ColorSpaces.h.
+        case AVCOL_TRC_BT709:
+        case AVCOL_TRC_SMPTE170M:
+        case AVCOL_TRC_SMPTE240M:
+        case AVCOL_TRC_IEC61966_2_1:
+        case AVCOL_TRC_IEC61966_2_4:
+        case AVCOL_TRC_BT1361_ECG:
+        case AVCOL_TRC_BT2020_10:
+        case AVCOL_TRC_BT2020_12: return Curve::Srgb;
+        default: return std::nullopt;
+    }
 }
 
-ColorTags tagsOf(const std::string& colorspace)
+/// Null for primaries that are not ours: film, old NTSC, and those that nobody specified.
+const Primaries* primariesOf(int tag)
 {
-    const NamedSpace* space = findOwnColorspace(colorspace);
-    if (space == nullptr || space->primaries == nullptr)
-        return {AVCOL_TRC_UNSPECIFIED, AVCOL_PRI_UNSPECIFIED, AVCOL_SPC_UNSPECIFIED};
-    ColorTags tags{AVCOL_TRC_UNSPECIFIED, AVCOL_PRI_UNSPECIFIED, AVCOL_SPC_BT709};
-    const std::string linear = space->primaries->linearName;
-    if (linear == "Linear Rec.709") tags.primaries = AVCOL_PRI_BT709;
-    if (linear == "Linear Rec.601 525") tags = {tags.transfer, AVCOL_PRI_SMPTE170M, AVCOL_SPC_SMPTE170M};
-    if (linear == "Linear Rec.601 625") tags = {tags.transfer, AVCOL_PRI_BT470BG, AVCOL_SPC_BT470BG};
-    if (linear == "Linear Rec.2020") tags = {tags.transfer, AVCOL_PRI_BT2020, AVCOL_SPC_BT2020_NCL};
-    if (linear == "Linear P3-D65") tags.primaries = AVCOL_PRI_SMPTE432;
+    switch (tag) {
+        case AVCOL_PRI_BT709: return &primaries::rec709;
+        case AVCOL_PRI_SMPTE170M:
+        case AVCOL_PRI_SMPTE240M: return &primaries::rec601at525;
+        case AVCOL_PRI_BT470BG: return &primaries::rec601at625;
+        case AVCOL_PRI_BT2020: return &primaries::rec2020;
+        case AVCOL_PRI_SMPTE432: return &primaries::p3d65;
+        case AVCOL_PRI_SMPTE431: return &primaries::p3dci;
+        default: return nullptr;
+    }
+}
+
+}  // namespace
+
+ColorClaim colorClaimOf(int transfer, int primaries, int matrix)
+{
+    const bool hasTransfer = transfer != AVCOL_TRC_UNSPECIFIED && transfer != AVCOL_TRC_RESERVED0;
+    const bool hasPrimaries = primaries != AVCOL_PRI_UNSPECIFIED && primaries != AVCOL_PRI_RESERVED0;
+    const std::optional<Curve> curve = curveOf(transfer);
+    const Primaries* known = primariesOf(primaries);
+    std::string source;
+    const auto add = [&](bool isTagged, bool isKnown, const char* name, const char* what) {
+        if (!isTagged) return;
+        source += (source.empty() ? "metadata: " : ", ") + std::string(name != nullptr ? name : "unknown") + " " + what;
+        if (!isKnown) source += " (not supported)";
+    };
+    add(hasTransfer, curve.has_value(), av_color_transfer_name(AVColorTransferCharacteristic(transfer)), "transfer");
+    add(hasPrimaries, known != nullptr, av_color_primaries_name(AVColorPrimaries(primaries)), "primaries");
+    if (known == nullptr && matrix == AVCOL_SPC_BT2020_NCL) {  // nobody else uses it
+        known = &primaries::rec2020;
+        add(true, true, av_color_space_name(AVColorSpace(matrix)), "matrix");
+    }
+    if (source.empty()) source = "guess: video that does not say";
+    const NamedSpace* space =
+        findOwnColorspace(curve.value_or(Curve::Srgb), known != nullptr ? *known : primaries::rec709);
+    return {space->name, source};
+}
+
+ColorTags tagsOf(const NamedSpace* space)
+{
+    ColorTags tags{AVCOL_TRC_UNSPECIFIED, AVCOL_PRI_UNSPECIFIED, AVCOL_SPC_UNSPECIFIED};
+    if (space == nullptr || space->primaries == nullptr) return tags;
+    tags.matrix = AVCOL_SPC_BT709;
+    const Primaries* const p = space->primaries;
+    if (p == &primaries::rec709) tags.primaries = AVCOL_PRI_BT709;
+    if (p == &primaries::rec601at525) tags = {tags.transfer, AVCOL_PRI_SMPTE170M, AVCOL_SPC_SMPTE170M};
+    if (p == &primaries::rec601at625) tags = {tags.transfer, AVCOL_PRI_BT470BG, AVCOL_SPC_BT470BG};
+    if (p == &primaries::rec2020) tags = {tags.transfer, AVCOL_PRI_BT2020, AVCOL_SPC_BT2020_NCL};
+    if (p == &primaries::p3d65) tags.primaries = AVCOL_PRI_SMPTE432;
+    if (p == &primaries::p3dci) tags.primaries = AVCOL_PRI_SMPTE431;
     switch (space->curve) {
         case Curve::Linear: tags.transfer = AVCOL_TRC_LINEAR; break;
         // Players show the tag "sRGB" and "BT.709" alike or the first one worse; editors know the second one better.
@@ -347,8 +384,8 @@ ColorTags tagsOf(const std::string& colorspace)
         case Curve::Gamma26: tags.transfer = AVCOL_TRC_SMPTE428; break;
         case Curve::Gamma28: tags.transfer = AVCOL_TRC_GAMMA28; break;
         case Curve::Pq: tags.transfer = AVCOL_TRC_SMPTE2084; break;
-        case Curve::Cineon: break;
         case Curve::Hlg: tags.transfer = AVCOL_TRC_ARIB_STD_B67; break;
+        default: break;  // no tag says Adobe RGB or a logarithm of cameras
     }
     return tags;
 }

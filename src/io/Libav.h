@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 #include "io/Yuv.h"
 
@@ -84,12 +85,14 @@ int guessedMatrix(int width, int height);
 /// Throws Error(Input) naming `path` for matrices that are not weights of R'G'B' (YCgCo, ICtCp, constant luminance).
 YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path);
 
-/// The colour space of ours with this transfer and these primaries (AVCOL_TRC_*, AVCOL_PRI_*).
-std::string colorspaceOf(int transfer, int primaries);
-/// The tags that say so, for a space of ours; all "unspecified" for others.
+/// The colour space of ours with this transfer and these primaries (AVCOL_TRC_*, AVCOL_PRI_*, AVCOL_SPC_*), and the
+/// tags that say so; a guess if there are none. What is missing or not supported is taken for the curve of
+/// display-referred video and for Rec.709; the BT.2020 matrix stands for its primaries.
+ColorClaim colorClaimOf(int transfer, int primaries, int matrix);
+/// The tags that say so; all "unspecified" for null and for data.
 struct ColorTags {
     int transfer, primaries, matrix;
 };
-ColorTags tagsOf(const std::string& colorspace);
+ColorTags tagsOf(const NamedSpace* space);
 
 }  // namespace virga::io::libav

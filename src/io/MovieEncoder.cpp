@@ -284,10 +284,10 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
                                            origin != nullptr ? origin->pixelFormat : int(AV_PIX_FMT_NONE));
     format.planar = *samplesOf(format.pixelFormat);
     format.colorspace = options.outputColorspace.empty() ? defaultOutputColorspace(plate, false)
-                                                         : resolveColorspace(options.outputColorspace);
+                                                         : plate.colors->resolve(options.outputColorspace);
 
     // As tagged in the plate where the colours are the plate's, so that the codes mean what they meant there.
-    ColorTags tags = tagsOf(format.colorspace);
+    ColorTags tags = tagsOf(plate.colors->equivalent(format.colorspace));
     const bool isYuv = format.planar.family == PlanarFormat::Family::Yuv;
     bool isFullRange = !isYuv;
     if (origin != nullptr && format.colorspace == plate.colorspace) {

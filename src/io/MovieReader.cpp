@@ -334,20 +334,9 @@ private:
     void describeColor(const ReadOptions& options)
     {
         const AVCodecParameters* parameters = stream()->codecpar;
-        if (!options.colorspace.empty()) {
-            info_.colorspace = resolveColorspace(options.colorspace);
-            info_.colorspaceSource = "flag";
-        } else if (const std::string ruled = colorspaceFromFileRules(path_); !ruled.empty()) {
-            info_.colorspace = ruled;
-            info_.colorspaceSource = "file rules of $OCIO";
-        } else {
-            const bool isTagged =
-                parameters->color_trc != AVCOL_TRC_UNSPECIFIED || parameters->color_primaries != AVCOL_PRI_UNSPECIFIED;
-            info_.colorspace = colorspaceOf(parameters->color_trc, parameters->color_primaries);
-            info_.colorspaceSource = isTagged ? "metadata" : "guess: video that does not say";
-        }
-        info_.workingColorspace = workingColorspace(info_.colorspace);
-        toWorking_ = makeColorTransform(info_.colorspace, info_.workingColorspace);
+        toWorking_ = io::describeColor(
+            info_, options,
+            {colorClaimOf(parameters->color_trc, parameters->color_primaries, parameters->color_space)});
     }
 
     // ---- reaching a frame

@@ -47,7 +47,7 @@ public:
         chooseTimeBase();
         encoder_ = openEncoder(path, *output_, plate_, origin_, options, timeBase_, format_);
         timeBase_ = {encoder_->time_base.num, encoder_->time_base.den};
-        toCode_ = makeColorTransform(plate.workingColorspace, format_.colorspace);
+        toCode_ = plate.colors->transform(plate.workingColorspace, format_.colorspace);
 
         stream_ = avformat_new_stream(output_.get(), nullptr);
         if (stream_ == nullptr) throw std::bad_alloc();

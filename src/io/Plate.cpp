@@ -56,19 +56,34 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
     checkOutputFolder(path);
     refuseTwoPatterns(path, ErrorCode::Output);
     refuseWritingOverPlate(path, plate.info());
-    if (!options.outputColorspace.empty()) resolveColorspace(options.outputColorspace);
+    if (!options.outputColorspace.empty()) plate.info().colors->resolve(options.outputColorspace);
     const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
     const MovieOrigin* origin = reader != nullptr ? reader->source().movie() : nullptr;
     if (isMovieName(path)) return createMovieWriter(path, plate.info(), origin, options);
     return createSequenceWriter(path, plate.info(), origin, options);
 }
 
+std::shared_ptr<const ColorTransform> describeColor(PlateInfo& info, const ReadOptions& options,
+                                                    const std::vector<ColorClaim>& said)
+{
+    info.colors = ColorConfig::open(options.ocio);
+    const ColorClaim claim = chooseColorspace(*info.colors, options.colorspace, info.path, said);
+    info.colorspace = claim.colorspace;
+    info.colorspaceSource = claim.source;
+    info.workingColorspace = info.colors->working(info.colorspace);
+    return info.colors->transform(info.colorspace, info.workingColorspace);
+}
+
 std::string defaultOutputColorspace(const PlateInfo& plate, bool outputIsFloat)
 {
     if (outputIsFloat) return plate.isFloat ? plate.colorspace : plate.workingColorspace;
     if (!plate.isFloat) return plate.colorspace;
-    const NamedSpace* display = findOwnColorspace(Curve::Srgb, plate.workingColorspace);
-    return plate.workingColorspace == "raw" ? "raw" : display != nullptr ? display->name : "sRGB";
+    // Float into integers: displays and pictures have the curve of sRGB over the same primaries.
+    const NamedSpace* working = plate.colors->equivalent(plate.workingColorspace);
+    if (working == nullptr) return "sRGB";
+    if (working->primaries == nullptr) return plate.workingColorspace;
+    const NamedSpace* display = findOwnColorspace(Curve::Srgb, *working->primaries);
+    return display != nullptr ? display->name : "sRGB";
 }
 
 }  // namespace virga::io

@@ -26,8 +26,12 @@ enum class OnError {
     Hold,  ///< use the last good frame before it (the first good one after it if there is none)
 };
 
+class ColorConfig;
+struct ColorClaim;
+
 struct ReadOptions {
-    std::string colorspace;     ///< the plate's colour space by OpenColorIO name; empty: from metadata, else guess
+    std::string colorspace;     ///< the plate's colour space by name; empty: from metadata, file rules, else guess
+    std::string ocio;           ///< file with the OpenColorIO configuration; empty: $OCIO's, else the built-in one
     std::optional<double> fps;  ///< overrides what the file says [1/s]
     std::optional<FrameNumber> firstFrame;  ///< number of a movie's first frame (0)
     OnError onError = OnError::Stop;
@@ -44,12 +48,13 @@ struct PlateInfo {
     double pixelAspect = 1;           ///< width of a pixel / its height
     std::vector<FrameNumber> frames;  ///< every frame that exists, ascending
     bool hasAlpha = false;
-    int bitDepth = 8;               ///< of a channel in the file; 16 and 32 for half and float
-    bool isFloat = false;           ///< half or float file
-    std::string colorspace;         ///< the colour space that the pixels are converted from
-    std::string colorspaceSource;   ///< why: "flag", "metadata", "file rules of $OCIO", "guess: ..."
-    std::string workingColorspace;  ///< what they are converted to: linear, in the same primaries
-    std::string format;             ///< for the log: "h264 yuv420p", "openexr half"
+    int bitDepth = 8;                           ///< of a channel in the file; 16 and 32 for half and float
+    bool isFloat = false;                       ///< half or float file
+    std::string colorspace;                     ///< the colour space that the pixels are converted from
+    std::string colorspaceSource;               ///< why: "flag", "metadata: ...", "file rules of ...", "guess: ..."
+    std::string workingColorspace;              ///< what they are converted to: linear
+    std::shared_ptr<const ColorConfig> colors;  ///< where these names mean something; the writer looks them up there
+    std::string format;                         ///< for the log: "h264 yuv420p", "openexr half"
 };
 
 /// Metadata, time stamps, source pixels: what a frame carries through to the writer untouched. Opaque above io.
@@ -134,8 +139,10 @@ struct RawImage {
 };
 RawImage readRawImage(const std::string& path);
 
-/// A colour picture as scene-linear RGB(A) float: EXR/HDR as they are, PNG/JPEG through sRGB (or `colorspace`).
-ImageF readLinearImage(const std::string& path, const std::string& colorspace = {});
+/// A colour picture as scene-linear RGB(A) float, in the working space of the colour space that it is in: `colorspace`,
+/// else what the file says, else what the rules of `ocio` say, else a guess. `found`, if not null, gets which and why.
+ImageF readLinearImage(const std::string& path, const std::string& colorspace = {}, const std::string& ocio = {},
+                       ColorClaim* found = nullptr);
 
 /// Writes RGB(A) or single-channel float EXR with the given channel names, atomically. compression: OpenImageIO's word.
 /// Throws Error(Output).

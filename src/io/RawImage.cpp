@@ -16,16 +16,20 @@ RawImage readRawImage(const std::string& path)
     image.channelNames = header.channelNames;
     image.isFloat = header.isFloat;
     image.bitDepth = header.bitDepth;
-    image.isDisplayReferred = !header.isFloat && header.colorspace == "sRGB";
+    image.isDisplayReferred = !header.isFloat && header.colorClaims.front().colorspace == "sRGB";
     return image;
 }
 
-ImageF readLinearImage(const std::string& path, const std::string& colorspace)
+ImageF readLinearImage(const std::string& path, const std::string& colorspace, const std::string& ocio,
+                       ColorClaim* found)
 {
+    const auto colors = ColorConfig::open(ocio);
     ImageHeader header;
     ImageF rgba = readCodedRgba(path, header);
-    const std::string space = colorspace.empty() ? header.colorspace : resolveColorspace(colorspace);
-    codesToLinear(rgba, *makeColorTransform(space, workingColorspace(space)), header.isStraight, header.hasAlpha);
+    const ColorClaim claim = chooseColorspace(*colors, colorspace, path, header.colorClaims);
+    const auto toWorking = colors->transform(claim.colorspace, colors->working(claim.colorspace));
+    codesToLinear(rgba, *toWorking, header.isStraight, header.hasAlpha);
+    if (found != nullptr) *found = claim;
     if (header.hasAlpha) return rgba;
     ImageF rgb(rgba.width(), rgba.height(), 3);
     for (int y = 0; y < rgb.height(); ++y)

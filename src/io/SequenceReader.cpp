@@ -91,18 +91,7 @@ private:
                                    : header.bitDepth == 16 ? "half"
                                                            : "float");
         info_.fps = options.fps.value_or(header.fps > 0 ? header.fps : 24);
-        if (!options.colorspace.empty()) {
-            info_.colorspace = resolveColorspace(options.colorspace);
-            info_.colorspaceSource = "flag";
-        } else if (const std::string ruled = colorspaceFromFileRules(info_.path); !ruled.empty()) {
-            info_.colorspace = ruled;
-            info_.colorspaceSource = "file rules of $OCIO";
-        } else {
-            info_.colorspace = header.colorspace;
-            info_.colorspaceSource = header.colorspaceSource;
-        }
-        info_.workingColorspace = workingColorspace(info_.colorspace);
-        toWorking_ = makeColorTransform(info_.colorspace, info_.workingColorspace);
+        toWorking_ = describeColor(info_, options, header.colorClaims);
     }
 
     std::string pattern_;

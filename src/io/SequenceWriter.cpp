@@ -1,6 +1,7 @@
 // Images out: one file a frame, each whole before it has its name, written by a few threads.
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstring>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include "core/Log.h"
 #include "io/BackgroundQueue.h"
 #include "io/ColorConversion.h"
+#include "io/ImageColor.h"
 #include "io/ImageFile.h"
 #include "io/Writers.h"
 
@@ -33,8 +35,9 @@ public:
         chooseSamples(options);
         chooseCompression(options);
         colorspace_ = options.outputColorspace.empty() ? defaultOutputColorspace(plate, isFloat())
-                                                       : resolveColorspace(options.outputColorspace);
-        toFile_ = makeColorTransform(plate.workingColorspace, colorspace_);
+                                                       : plate.colors->resolve(options.outputColorspace);
+        toFile_ = plate.colors->transform(plate.workingColorspace, colorspace_);
+        ownSpace_ = plate.colors->equivalent(colorspace_);
         writesAlpha_ = options.layers || (plate.hasAlpha && formatHasAlpha(path));
         if (plate.hasAlpha && !writesAlpha_) log::warning("{}: {} files have no alpha; it is left out", path, format_);
         if (origin != nullptr && isPattern_) log::detail("{}: images carry no sound", path);
@@ -117,33 +120,43 @@ private:
     {
         std::vector<Attribute> result;
         if (!frame.extras) {
-            addChromaticities(result);
+            addColorspace(result);
             return result;
         }
         const bool sameFormat = frame.extras->fileFormat == format_, sameColor = colorspace_ == plate_.colorspace;
         for (const Attribute& attribute : frame.extras->attributes) {
             if (attribute.name == "compression") continue;
-            if (!sameColor && (attribute.name == "ICCProfile" || attribute.name == "chromaticities")) continue;
+            if (!sameColor && isOfColor(attribute.name)) continue;
             // "dpx:Transfer" and the like mean something in their own format alone.
             if (!sameFormat && attribute.name.starts_with(frame.extras->fileFormat + ":")) continue;
             result.push_back(attribute);
         }
-        addChromaticities(result);
+        addColorspace(result);
         return result;
     }
 
-    /// EXR files say which primaries they are in, unless they came without and are Rec.709, as everybody assumes.
-    void addChromaticities(std::vector<Attribute>& attributes) const
+    static bool isOfColor(std::string_view name)
     {
-        const Primaries* p = primariesOf(colorspace_);
-        const bool isKnown = std::any_of(attributes.begin(), attributes.end(),
-                                         [](const Attribute& a) { return a.name == "chromaticities"; });
-        if (format_ != "openexr" || p == nullptr || isKnown || std::string_view(p->linearName) == "Linear Rec.709")
-            return;
-        Attribute attribute{"chromaticities", "float[8]", std::vector<std::byte>(8 * sizeof(float)), {}};
-        const float values[8] = {float(p->red[0]),  float(p->red[1]),  float(p->green[0]), float(p->green[1]),
-                                 float(p->blue[0]), float(p->blue[1]), float(p->white[0]), float(p->white[1])};
-        std::memcpy(attribute.data.data(), values, sizeof values);
+        static constexpr std::string_view names[] = {"chromaticities", "colorInteropID", "acesImageContainerFlag",
+                                                     "adoptedNeutral", "Exif:ColorSpace"};
+        return name.starts_with("ICCProfile") || std::find(std::begin(names), std::end(names), name) != std::end(names);
+    }
+
+    /// EXR files say which space they are in: its primaries, and its name as the Color Interop Forum has it. What the
+    /// plate said of the same space stays.
+    void addColorspace(std::vector<Attribute>& attributes) const
+    {
+        if (format_ != "openexr" || ownSpace_ == nullptr) return;
+        const auto isSaid = [&](const char* name) {
+            return std::any_of(attributes.begin(), attributes.end(),
+                               [&](const Attribute& a) { return a.name == name; });
+        };
+        if (!isSaid("colorInteropID"))
+            attributes.push_back({"colorInteropID", "string", {}, {interopIdOf(*ownSpace_)}});
+        if (isSaid("chromaticities") || ownSpace_->primaries == nullptr || ownSpace_->primaries->isXyz) return;
+        const std::array<float, 8> values = chromaticitiesOf(*ownSpace_->primaries);
+        Attribute attribute{"chromaticities", "float[8]", std::vector<std::byte>(sizeof values), {}};
+        std::memcpy(attribute.data.data(), values.data(), sizeof values);
         attributes.push_back(std::move(attribute));
     }
 
@@ -198,6 +211,7 @@ private:
     SampleType samples_ = SampleType::UInt8;
     int bits_ = 0;
     std::string compression_, colorspace_;
+    const NamedSpace* ownSpace_ = nullptr;  // the same as colorspace_, if it is one that we know
     std::shared_ptr<const ColorTransform> toFile_;
     int written_ = 0;
     std::atomic<std::size_t> clamped_ = 0;

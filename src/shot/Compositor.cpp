@@ -308,7 +308,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
 
     if (m.plan.features.colorTransfer) {
         std::vector<ConstImageViewF> frames(samples.forGrade.begin(), samples.forGrade.end());
-        const ImageF still = io::readLinearImage(settings.gradeFrom);
+        const ImageF still = io::readLinearImage(settings.gradeFrom, {}, settings.ocio);
         try {
             m.lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
         } catch (const Error& error) {

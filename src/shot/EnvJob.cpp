@@ -27,9 +27,9 @@
 #include "environment/PanoramaLayout.h"
 #include "environment/Registration.h"
 #include "io/AtomicFile.h"
+#include "io/ColorConversion.h"
 #include "io/ImageFile.h"
 #include "io/Plate.h"
-#include "io/PngCheck.h"
 #include "sh/Harmonics.h"
 
 namespace virga::shot {
@@ -113,6 +113,7 @@ io::ReadOptions readOptions(const EnvJobOptions& options)
 {
     io::ReadOptions read;
     read.colorspace = options.colorspace;
+    read.ocio = options.ocio;
     read.onError = io::OnError::Skip;
     return read;
 }
@@ -208,6 +209,7 @@ json fromPanorama(const EnvJobOptions& options, bool isMovie)
     ImageF image;
     bool endsAtWhite = true;
     std::string colorspace, colorspaceSource;
+    const auto colors = io::ColorConfig::open(options.ocio);
     if (isMovie || io::isFramePattern(options.input)) {
         const auto reader = io::openPlate(options.input, readOptions(options));
         std::vector<FrameNumber> frames =
@@ -220,15 +222,13 @@ json fromPanorama(const EnvJobOptions& options, bool isMovie)
         colorspace = reader->info().colorspace;
         colorspaceSource = reader->info().colorspaceSource;
     } else {
-        image = io::readLinearImage(options.input, options.colorspace);
+        io::ColorClaim claim;
+        image = io::readLinearImage(options.input, options.colorspace, options.ocio, &claim);
         const io::ImageHeader header = io::readImageHeader(options.input);
         endsAtWhite = !header.isFloat;
-        colorspace = options.colorspace.empty() ? header.colorspace : options.colorspace;
-        colorspaceSource = options.colorspace.empty() ? header.colorspaceSource : "flag";
-        const bool isGuess = colorspaceSource.starts_with("guess") ||
-                             (options.colorspace.empty() && io::isPngWithoutColorspace(options.input));
-        if (isGuess && !header.isFloat) colorspaceSource = "guess: integer pixels of a picture";
-        if (isGuess && header.bitDepth > 8 && !header.isFloat)
+        colorspace = claim.colorspace;
+        colorspaceSource = claim.source;
+        if (claim.isGuess() && header.bitDepth > 8 && !header.isFloat)
             log::warning("{}: {} bits and no word of its colour space; taken for {}, --colorspace says otherwise",
                          options.input, header.bitDepth, colorspace);
     }
@@ -261,6 +261,8 @@ json fromPanorama(const EnvJobOptions& options, bool isMovie)
     report["taken_for"] = found.takenFor;
     report["colorspace"] = colorspace;
     report["colorspace_source"] = colorspaceSource;
+    report["working_colorspace"] = colors->working(colorspace);
+    report["ocio"] = colors->origin();
     report["repaired"] = repairJson(found, highlights);
     report["light_radiance"] = highlights.lightRadiance ? json(*highlights.lightRadiance) : json();
     report["light_radiance_is_estimate"] = highlights.isEstimate;
@@ -671,6 +673,8 @@ json fromFootage(const EnvJobOptions& options, const std::function<Verdict(const
     report["mode"] = nameOf(decision.mode);
     report["colorspace"] = info.colorspace;
     report["colorspace_source"] = info.colorspaceSource;
+    report["working_colorspace"] = info.workingColorspace;
+    report["ocio"] = info.colors->origin();
     report["mode_reason"] = decision.why;
     report["motion"] = {{"kind", inWords(decision.motion.motion)},
                         {"shift", decision.motion.shift},

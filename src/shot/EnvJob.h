@@ -29,7 +29,8 @@ struct EnvJobOptions {
     std::string frames;  ///< frame range; empty: all
     EnvMode mode = EnvMode::Auto;
     std::string layout = "auto";          ///< of a panorama; environment/PanoramaLayout.h has the names
-    std::string colorspace;               ///< of the input; empty: from metadata, else guess
+    std::string colorspace;               ///< of the input; empty: from metadata, file rules, else guess
+    std::string ocio;                     ///< OpenColorIO configuration; empty: $OCIO's, else the built-in one
     std::optional<double> fov_deg;        ///< of footage; empty: estimated where the camera turns, else 60
     double yaw_deg = 0;                   ///< to the right: what is ahead goes there
     double pitch_deg = 0;                 ///< up

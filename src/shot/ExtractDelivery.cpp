@@ -15,6 +15,7 @@
 #include "core/Parallel.h"
 #include "core/Timer.h"
 #include "io/AtomicFile.h"
+#include "io/ColorConversion.h"
 #include "io/Writers.h"
 #include "matte/AtlasSheet.h"
 #include "matte/ExposureGain.h"
@@ -301,7 +302,9 @@ json ExtractDelivery::report() const
           {"frame_range", formatFrameRange(delivered_)},
           {"format", info.format},
           {"colorspace", info.colorspace},
-          {"colorspace_source", info.colorspaceSource}}},
+          {"colorspace_source", info.colorspaceSource},
+          {"working_colorspace", info.workingColorspace},
+          {"ocio", info.colors->origin()}}},
         {"rain", std::move(rain)},
         {"atlas", atlas != nullptr
                       ? json{{"strokes", atlas->count()}, {"tile_width", atlas->width}, {"tile_height", atlas->height}}

@@ -118,6 +118,7 @@ ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
 {
     io::ReadOptions read;
     read.colorspace = options.colorspace;
+    read.ocio = options.ocio;
     read.fps = options.fps;
     read.onError = onErrorOf(options.onError);
     read.stack = options.stack;

@@ -19,6 +19,7 @@ struct ExtractJobOptions {
     int stack = 0;        ///< the footage is one image of so many frames, top to bottom
     bool linear = false;  ///< its values are linear light as they stand, and the model holds in them
     std::string colorspace;
+    std::string ocio;
     std::optional<double> fps;
     std::string onError = "stop";  ///< stop, skip, hold
 

@@ -8,10 +8,10 @@
 namespace virga::shot {
 
 environment::Panorama readPanorama(const std::string& path, std::optional<double> lightRadiance,
-                                   environment::PanoramaReport* report)
+                                   environment::PanoramaReport* report, const std::string& ocio)
 {
     environment::PanoramaReport found;
-    environment::Panorama panorama = environment::preparePanorama(io::readLinearImage(path), path, &found);
+    environment::Panorama panorama = environment::preparePanorama(io::readLinearImage(path, {}, ocio), path, &found);
     for (const std::string& sentence : found.said) log::warning("{}", sentence);
     const bool endsAtWhite = !io::readImageHeader(path).isFloat;
     const environment::HighlightReport highlights =

@@ -11,6 +11,7 @@
 #include "core/Error.h"
 #include "core/Log.h"
 #include "io/AtomicFile.h"
+#include "io/ColorConversion.h"
 #include "io/ImageFile.h"
 #include "shot/ContactSheet.h"
 #include "shot/Parameters.h"
@@ -126,6 +127,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     checkPreview(options);
     const io::OnError onError = onErrorOf(settings);
     const auto reader = io::openPlate(options.plate, {.colorspace = settings.colorspace,
+                                                      .ocio = settings.ocio,
                                                       .fps = settings.fps,
                                                       .firstFrame = settings.firstFrame,
                                                       .onError = onError});
@@ -251,7 +253,9 @@ std::string reportJson(const RainReport& report, const Settings& settings)
          {{"path", report.plate.path},
           {"format", report.plate.format},
           {"colorspace", report.plate.colorspace},
-          {"colorspace_source", report.plate.colorspaceSource}}},
+          {"colorspace_source", report.plate.colorspaceSource},
+          {"working_colorspace", report.plate.workingColorspace},
+          {"ocio", report.plate.colors ? report.plate.colors->origin() : ""}}},
         {"light",
          {{"source", s.lightSource},
           {"order", s.lightOrder},

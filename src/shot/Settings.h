@@ -72,6 +72,7 @@ struct Settings {
     // input and output
     std::string colorspace;
     std::string outputColorspace;
+    std::string ocio;
     bool floatOutput = false;
     std::string codec;
     AutoNumber quality;

@@ -70,7 +70,7 @@ ShotLight::ShotLight(const Settings& settings, std::span<const environment::Plat
 environment::DropRadiance ShotLight::fromFile(const std::string& path) const
 {
     environment::PanoramaReport report;
-    const environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report);
+    const environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report, settings_.ocio);
     environment::DropRadiance light = baker_.bake(panorama);
     scale(light, settings_.envGain);
     log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", path, report.width, report.height,
