@@ -109,7 +109,6 @@ int rain(const RainArguments& arguments)
         });
     }
     const shot::CompositorStatistics& s = report.statistics;
-    for (const std::string& sentence : report.repairedFrames) log::warning("{}", sentence);
     if (s.repairedPixels > 0)
         log::warning("{} values of the plate were NaN or infinite and were repaired", s.repairedPixels);
     if (arguments.explain) std::fputs(shot::explain(report.plan, &s).c_str(), stderr);

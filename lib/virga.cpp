@@ -155,7 +155,7 @@ void makeCompositor(virga_shot& s)
                     s.settings.gradeFrom);
     shot::Shot shot = s.shot;
     shot.fps = s.settings.fps.value_or(shot.fps);
-    shot.firstFrame = s.settings.firstFrame;
+    shot.firstFrame = FrameNumber(s.settings.firstFrame.value_or(0));
     shot::CompositorOptions options;
     options.wanted.layers = s.wantsLayers;
     options.device = s.device;

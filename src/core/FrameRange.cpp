@@ -19,6 +19,13 @@ bool takeNumber(std::string_view& text, FrameNumber& number)
 
 struct Run {
     FrameNumber first, last, step;
+
+    /// Less one. Unsigned, as the numbers may lie further apart than a FrameNumber reaches.
+    std::uint64_t steps() const
+    {
+        const std::uint64_t from = std::uint64_t(first), to = std::uint64_t(last), by = std::uint64_t(step);
+        return step > 0 ? (to - from) / by : (from - to) / (0 - by);
+    }
 };
 
 Run parseRun(std::string_view part, std::string_view whole)
@@ -40,7 +47,7 @@ Run parseRun(std::string_view part, std::string_view whole)
         if (rest.front() != 'x') return fail();
         rest.remove_prefix(1);
         if (!takeNumber(rest, run.step) || !rest.empty() || run.step == 0) return fail();
-        if ((run.last - run.first) * (run.step > 0 ? 1 : -1) < 0) return fail();
+        if (run.first != run.last && (run.first < run.last) != (run.step > 0)) return fail();
     }
     return run;
 }
@@ -58,11 +65,15 @@ std::vector<FrameNumber> parseFrameRange(std::string_view text, std::size_t limi
         rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
         if (part.empty()) continue;
         const Run run = parseRun(part, text);
-        for (FrameNumber f = run.first; run.step > 0 ? f <= run.last : f >= run.last; f += run.step) {
-            if (!seen.insert(f).second) continue;
+        const std::uint64_t steps = run.steps();
+        if (steps >= limit)
+            throw Error(ErrorCode::InvalidArgument, "frame range '{}' names more than {} frames", text, limit);
+        for (std::uint64_t i = 0; i <= steps; ++i) {
+            const auto frame = FrameNumber(std::uint64_t(run.first) + i * std::uint64_t(run.step));
+            if (!seen.insert(frame).second) continue;
             if (frames.size() == limit)
                 throw Error(ErrorCode::InvalidArgument, "frame range '{}' names more than {} frames", text, limit);
-            frames.push_back(f);
+            frames.push_back(frame);
         }
     }
     if (frames.empty()) throw Error(ErrorCode::InvalidArgument, "frame range '{}' names no frame", text);
@@ -72,11 +83,16 @@ std::vector<FrameNumber> parseFrameRange(std::string_view text, std::size_t limi
 std::string formatFrameRange(const std::vector<FrameNumber>& frames)
 {
     std::string text;
+    const auto differ = [&](std::size_t i) {  // modulo 2^64, which is as good for a test of equality
+        return FrameNumber(std::uint64_t(frames[i]) - std::uint64_t(frames[i - 1]));
+    };
     for (std::size_t i = 0; i < frames.size();) {
         std::size_t end = i + 1;  // one past the run that starts at i
-        const FrameNumber step = end < frames.size() ? frames[end] - frames[i] : 0;
-        while (end < frames.size() && frames[end] - frames[end - 1] == step) ++end;
-        if (end - i == 2 && step != 1 && step != -1) end = i + 1;  // two lone frames read better as two
+        const FrameNumber step = end < frames.size() ? differ(end) : 0;
+        while (end < frames.size() && differ(end) == step) ++end;
+        // Two lone frames read better as two, and a step that wraps around is none.
+        if (end - i > 1 && ((end - i == 2 && step != 1 && step != -1) || (step > 0) != (frames[i + 1] > frames[i])))
+            end = i + 1;
         if (!text.empty()) text += ',';
         text += std::to_string(frames[i]);
         if (end - i > 1) {

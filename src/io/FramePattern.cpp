@@ -19,7 +19,14 @@ namespace {
 /// A pattern cut where the frame number goes.
 struct Parts {
     std::string before, after;
-    int digits = 1;  // least number of digits, filled with zeros
+    int digits = 1;   // least number of places
+    char fill = '0';  // what fills them
+
+    std::string number(FrameNumber of) const
+    {
+        // As printf does, the sign takes one of the places.
+        return fill == '0' ? fmt::format("{:0{}d}", of, digits) : fmt::format("{:{}d}", of, digits);
+    }
 };
 
 std::size_t runLength(const std::string& text, std::size_t at)
@@ -69,7 +76,9 @@ std::optional<Parts> split(const std::string& pattern)
 {
     std::optional<Parts> found;
     forEachPlaceholder(pattern, [&](std::size_t at, std::size_t length, int digits) {
-        found = Parts{pattern.substr(0, at), pattern.substr(at + length), digits};
+        // "%4d" fills with spaces, as printf does; everything else with zeros.
+        const bool isSpaced = pattern[at] == '%' && pattern[at + 1] != '0' && pattern[at + 1] != 'd';
+        found = Parts{pattern.substr(0, at), pattern.substr(at + length), digits, isSpaced ? ' ' : '0'};
     });
     return found;
 }
@@ -80,8 +89,7 @@ std::string framePath(const std::string& pattern, FrameNumber number)
 {
     const auto parts = split(pattern);
     if (!parts) return pattern;
-    // As printf does, the sign takes one of the places.
-    return fmt::format("{}{:0{}d}{}", parts->before, number, parts->digits, parts->after);
+    return parts->before + parts->number(number) + parts->after;
 }
 
 bool isFramePattern(const std::string& pattern)
@@ -127,11 +135,10 @@ std::vector<FrameNumber> findFrames(const std::string& pattern)
             continue;
         const std::string digits = name.substr(before.size(), name.size() - before.size() - parts->after.size());
         FrameNumber number = 0;
-        const auto [end, problem] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+        const char* last = digits.data() + digits.size();
+        const auto [end, problem] = std::from_chars(digits.data() + digits.find_first_not_of(' '), last, number);
         // Only the very name that framePath would give counts: "7" is not a frame of "%04d".
-        if (problem == std::errc() && end == digits.data() + digits.size() &&
-            fmt::format("{:0{}d}", number, parts->digits) == digits)
-            frames.push_back(number);
+        if (problem == std::errc() && end == last && parts->number(number) == digits) frames.push_back(number);
     }
     std::sort(frames.begin(), frames.end());
     return frames;

@@ -9,6 +9,7 @@
 #include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 #include "io/ImageFile.h"
+#include "io/PlateName.h"
 #include "io/Writers.h"
 
 namespace virga::io {
@@ -40,9 +41,10 @@ void refuseWritingOverPlate(const std::string& path, const PlateInfo& plate)
 
 }  // namespace
 
-std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options)
+std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOptions& options)
 {
-    if (path.empty()) throw Error(ErrorCode::Input, "the plate has no name");
+    if (name.empty()) throw Error(ErrorCode::Input, "the plate has no name");
+    const std::string path = resolvePlateName(name);
     if (options.fps && !(*options.fps > 0 && *options.fps <= 10000))
         throw Error(ErrorCode::InvalidArgument, "fps is {}, which is not between 0 and 10000", *options.fps);
     if (options.stack > 0) return makeScheduledReader(openStack(path, options), options.onError);

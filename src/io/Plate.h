@@ -39,14 +39,14 @@ struct ReadOptions {
 };
 
 struct PlateInfo {
-    std::string path;  ///< as the user gave it
+    std::string path;  ///< as the user gave it; of a folder the pattern of the sequence in it
     bool isMovie = false;
     bool isStill = false;  ///< one image, no pattern
     int width = 0, height = 0;
     double fps = 24;  ///< frames per second (average, for a variable rate) [1/s]
     bool isVariableRate = false;
     double pixelAspect = 1;           ///< width of a pixel / its height
-    std::vector<FrameNumber> frames;  ///< every frame that exists, ascending
+    std::vector<FrameNumber> frames;  ///< every frame that exists, ascending; a sequence may have holes
     bool hasAlpha = false;
     int bitDepth = 8;                           ///< of a channel in the file; 16 and 32 for half and float
     bool isFloat = false;                       ///< half or float file
@@ -81,7 +81,8 @@ public:
     virtual std::optional<PlateFrame> read(FrameNumber number) = 0;
 };
 
-/// Opens a movie, one image, or a pattern ("shot.%04d.exr", "shot.####.exr"). Throws Error(Input).
+/// Opens a movie, one image, a pattern ("shot.%04d.exr", "shot.####.exr"), or the one sequence in a folder. Throws
+/// Error(Input).
 std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options);
 
 struct WriteOptions {

@@ -4,10 +4,10 @@
 #include <thread>
 
 #include "core/Error.h"
-#include "core/Log.h"
 #include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 #include "io/ImageFile.h"
+#include "io/PlateName.h"
 
 namespace virga::io {
 
@@ -19,10 +19,11 @@ public:
     {
         info_.path = path;
         info_.isStill = !isFramePattern(path);
-        info_.frames = info_.isStill ? std::vector<FrameNumber>{options.firstFrame.value_or(0)} : findFrames(path);
+        info_.frames = info_.isStill
+                           ? std::vector<FrameNumber>{options.firstFrame.value_or(frameNumberIn(path).value_or(0))}
+                           : findFrames(path);
         if (info_.frames.empty())
             throw Error(ErrorCode::Input, "{}: no file matches, such as {}", path, framePath(path, 1));
-        warnOfHoles();
         describe(options);
     }
 
@@ -51,17 +52,6 @@ public:
 
 private:
     std::string pathOf(FrameNumber number) const { return info_.isStill ? pattern_ : framePath(pattern_, number); }
-
-    void warnOfHoles() const
-    {
-        std::vector<FrameNumber> missing;
-        for (std::size_t i = 1; i < info_.frames.size(); ++i)
-            for (FrameNumber n = info_.frames[i - 1] + 1; n < info_.frames[i] && missing.size() < 100000; ++n)
-                missing.push_back(n);
-        if (!missing.empty())
-            log::warning("{}: between frames {} and {} these are missing: {}", pattern_, info_.frames.front(),
-                         info_.frames.back(), formatFrameRange(missing));
-    }
 
     /// Of the first frame, or, if damage is to be survived, of the first whose header can be read.
     ImageHeader firstReadableHeader(OnError onError) const

@@ -8,6 +8,7 @@
 #include "core/Error.h"
 #include "core/Parallel.h"
 #include "core/Timer.h"
+#include "shot/FrameChoice.h"
 
 namespace virga::shot {
 namespace {
@@ -29,23 +30,6 @@ io::OnError onErrorOf(const std::string& word)
     if (word == "skip") return io::OnError::Skip;
     if (word == "hold") return io::OnError::Hold;
     return io::OnError::Stop;
-}
-
-std::vector<FrameNumber> framesOf(const ExtractJobOptions& options, const io::PlateInfo& info)
-{
-    if (info.frames.empty()) throw Error(ErrorCode::Input, "'{}' holds no frame", options.footage);
-    if (options.frames.empty()) return info.frames;
-    std::vector<FrameNumber> frames = parseFrameRange(options.frames);
-    std::sort(frames.begin(), frames.end());
-    const std::set<FrameNumber> known(info.frames.begin(), info.frames.end());
-    std::vector<FrameNumber> missing;
-    for (const FrameNumber frame : frames)
-        if (!known.contains(frame)) missing.push_back(frame);
-    if (!missing.empty())
-        throw Error(info.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
-                    "frames {} are not in '{}', which has {}", formatFrameRange(missing), options.footage,
-                    formatFrameRange(info.frames));
-    return frames;
 }
 
 /// What sums of squares of pixels can be made of.
@@ -123,7 +107,8 @@ ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
     read.onError = onErrorOf(options.onError);
     read.stack = options.stack;
     reader_ = io::openPlate(options.footage, read);
-    frames_ = framesOf(options, reader_->info());
+    frames_ = chooseFrames(options.frames, reader_->info(), read.onError);
+    std::sort(frames_.begin(), frames_.end());
 }
 
 FootageWindow ExtractFootage::readLinear(const std::vector<FrameNumber>& numbers)

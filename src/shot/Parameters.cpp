@@ -41,7 +41,7 @@ constexpr Parameter table[] = {
     {"sensor-width", "camera", "mm", 1, 200, "width of the sensor, for the blur of near drops", &S::sensorWidth_mm},
     {"camera", "camera", "", 0, 0, "camera track (Nuke .chan, metres)", &S::camera},
     {"fps", "camera", "1/s", 1e-3, 1e5, "frames a second; auto: the plate's", &S::fps},
-    {"first-frame", "camera", "", -1e15, 1e15, "number of a movie's first frame", &S::firstFrame},
+    {"first-frame", "camera", "", -1e15, 1e15, "number of a movie's first frame, or of an image; auto: 0, or the number in the image's name", &S::firstFrame},
     {"env", "light", "", 0, 0, "equirectangular panorama that lights the drops (EXR, HDR, PNG), or a sequence of them, blended between its frames; none: from the plate", &S::env},
     {"env-yaw", "light", "deg", -3600, 3600, "turns the panorama to the right", &S::envYaw_deg},
     {"env-pitch", "light", "deg", -360, 360, "tilts the panorama up, before it is turned", &S::envPitch_deg},

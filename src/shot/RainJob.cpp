@@ -14,6 +14,7 @@
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
 #include "shot/ContactSheet.h"
+#include "shot/FrameChoice.h"
 #include "shot/Parameters.h"
 
 namespace virga::shot {
@@ -26,19 +27,20 @@ io::OnError onErrorOf(const Settings& settings)
     return io::OnError::Stop;
 }
 
+std::optional<FrameNumber> firstFrameOf(const Settings& settings)
+{
+    if (!settings.firstFrame) return std::nullopt;
+    if (*settings.firstFrame != std::round(*settings.firstFrame))
+        throw Error(ErrorCode::InvalidArgument, "--first-frame '{}': must be a whole number", *settings.firstFrame);
+    return FrameNumber(*settings.firstFrame);
+}
+
 /// Nothing: as the plate is.
 std::optional<bool> halfOf(const Settings& settings, const RainJobOptions& options)
 {
     if (settings.floatOutput) return false;
     if (options.half) return true;
     return std::nullopt;
-}
-
-/// "frame 7 is", "frames 7-9 are".
-std::string describeFrames(const std::vector<FrameNumber>& frames, const char* one, const char* several)
-{
-    const bool isOne = frames.size() == 1;
-    return fmt::format("frame{} {} {}", isOne ? "" : "s", formatFrameRange(frames), isOne ? one : several);
 }
 
 /// Files that the settings name are looked for before anything is rendered.
@@ -90,27 +92,6 @@ void checkPreview(const RainJobOptions& options)
         throw Error(ErrorCode::Output, "--preview '{}': is the output itself", options.preview);
 }
 
-/// The frames to render, checked against those that the plate has.
-std::vector<FrameNumber> framesOf(const RainJobOptions& options, const io::PlateInfo& plate, io::OnError onError)
-{
-    if (plate.frames.empty()) throw Error(ErrorCode::Input, "plate '{}' holds no frame", plate.path);
-    std::vector<FrameNumber> frames = options.frames.empty() ? plate.frames : parseFrameRange(options.frames);
-    if (plate.isStill && options.frames.empty()) return frames;
-
-    const std::set<FrameNumber> known(plate.frames.begin(), plate.frames.end());
-    std::vector<FrameNumber> missing;
-    for (const FrameNumber frame : frames)
-        if (!known.contains(frame)) missing.push_back(frame);
-    // A still stands in for every frame that is asked for.
-    if (!plate.isStill && !missing.empty() && (plate.isMovie || onError == io::OnError::Stop))
-        throw Error(plate.isMovie ? ErrorCode::InvalidArgument : ErrorCode::Input,
-                    "{} not in the plate '{}', which has {}", describeFrames(missing, "is", "are"), plate.path,
-                    formatFrameRange(plate.frames));
-    if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
-        log::warning("frames are rendered in the order given, {}", options.frames);
-    return frames;
-}
-
 double peakMemory_mb()
 {
     rusage usage{};
@@ -129,10 +110,12 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     const auto reader = io::openPlate(options.plate, {.colorspace = settings.colorspace,
                                                       .ocio = settings.ocio,
                                                       .fps = settings.fps,
-                                                      .firstFrame = settings.firstFrame,
+                                                      .firstFrame = firstFrameOf(settings),
                                                       .onError = onError});
     const io::PlateInfo& plate = reader->info();
-    const std::vector<FrameNumber> frames = framesOf(options, plate, onError);
+    const std::vector<FrameNumber> frames = chooseFrames(options.frames, plate, onError);
+    if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
+        log::warning("frames are rendered in the order given, {}", options.frames);
     if (frames.size() > 1 && io::isImageName(options.output) && !io::isFramePattern(options.output))
         throw Error(ErrorCode::Output,
                     "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
@@ -178,6 +161,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         } catch (const Error& error) {  // its depth
             if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;
             report.repairedFrames.push_back(fmt::format("frame {} was skipped: {}", number, error.what()));
+            log::warning("{}", report.repairedFrames.back());
             continue;
         }
         sheet.addAfter(number, rendered.beauty);

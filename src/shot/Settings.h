@@ -38,7 +38,7 @@ struct Settings {
     double sensorWidth_mm = 24.9;
     std::string camera;
     AutoNumber fps;
-    std::int64_t firstFrame = 0;
+    AutoNumber firstFrame;  ///< whole
     // light
     std::string env;
     double envYaw_deg = 0;

@@ -63,8 +63,9 @@ class FewFrames(StressTest):
     def test_aGapInTheSequence(self):
         writeSequence(self.folder, "gap.%04d.png", srgb(self.rainy))
         (self.folder / "gap.0004.png").unlink()
-        report = self.extract("gap.%04d.png")
-        self.assertIn("missing: 4", self.said)
+        self.refused(3, ["frame 4 is missing", "gap.%04d.png", "--on-error"], "extract", "gap.%04d.png", "-o", "none")
+        report = self.extract("gap.%04d.png", "--on-error", "skip")
+        self.assertIn("frame 4 is left out", self.said)
         self.assertEqual((report["footage"]["frames"], report["footage"]["frame_range"]), (11, "1-3,5-12"))
         self.assertNotIn("alpha.0004.exr", self.names())
         self.assertAlmostEqual(report["rain"]["slant_deg"], 8, delta=0.5)

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "core/Error.h"
 #include "core/FrameRange.h"
 
@@ -32,6 +34,24 @@ TEST(FrameRange, SaysWhichPartItCannotRead)
         }
     }
     EXPECT_THROW(parseFrameRange("0-1000", 100), Error);
+}
+
+TEST(FrameRange, NumbersAtTheEndsOfWhatTheyCanBe)
+{
+    constexpr FrameNumber most = std::numeric_limits<FrameNumber>::max(),
+                          least = std::numeric_limits<FrameNumber>::min();
+    EXPECT_EQ(parseFrameRange("9223372036854775806-9223372036854775807"), Frames({most - 1, most}));
+    EXPECT_EQ(parseFrameRange("-9223372036854775807--9223372036854775808"), Frames({least + 1, least}));
+    EXPECT_EQ(parseFrameRange("9223372036854775800-9223372036854775807x5"), Frames({most - 7, most - 2}));
+    EXPECT_EQ(parseFrameRange("7-7x9223372036854775807"), Frames({7}));
+    EXPECT_EQ(parseFrameRange("7-7x-9223372036854775808"), Frames({7}));
+    EXPECT_EQ(parseFrameRange("-9223372036854775808-9223372036854775807x9223372036854775807"),
+              Frames({least, -1, most - 1}));
+    EXPECT_THROW(parseFrameRange("-9223372036854775808-9223372036854775807"), Error);  // and at once
+    EXPECT_THROW(parseFrameRange("0-9223372036854775807"), Error);
+    EXPECT_THROW(parseFrameRange("9223372036854775808"), Error);
+    for (const Frames& frames : {Frames{least, most}, Frames{most, least}, Frames{least, -1, most - 1}})
+        EXPECT_EQ(parseFrameRange(formatFrameRange(frames)), frames);
 }
 
 TEST(FrameRange, FormatAndParseAreInverse)

@@ -4,6 +4,7 @@
 
 #include "io/Helpers.h"
 #include "io/Plate.h"
+#include "io/PlateName.h"
 
 namespace virga::io {
 namespace {
@@ -21,6 +22,8 @@ TEST(FramePattern, NamesFilesAsCompositorsWriteThem)
     EXPECT_EQ(framePath("shot.%04d.exr", -5), "shot.-005.exr");
     EXPECT_EQ(framePath("take#2/shot.%02d.exr", 3), "take#2/shot.03.exr");
     EXPECT_EQ(framePath("take#2.%02d.exr", 3), "take#2.03.exr");
+    EXPECT_EQ(framePath("shot.%4d.exr", 57), "shot.  57.exr");
+    EXPECT_EQ(framePath("shot.%4d.exr", -57), "shot. -57.exr");
     EXPECT_EQ(framePath("still.exr", 3), "still.exr");
     EXPECT_EQ(framePath("100%.exr", 3), "100%.exr");
     EXPECT_TRUE(isFramePattern("shot.####.exr"));
@@ -42,6 +45,77 @@ TEST(FramePattern, FindsTheFramesThatExist)
 
     const std::string sentence = test::sentenceOf(ErrorCode::Input, [&] { findFrames(folder / "missing/s.%04d.exr"); });
     EXPECT_SAYS(sentence, folder / "missing");
+}
+
+TEST(FramePattern, WidthWithoutZeroIsFilledWithSpaces)
+{
+    const test::TemporaryFolder folder;
+    for (const char* name : {"s.   1.exr", "s.0002.exr", "s.3.exr", "s.10000.exr"}) std::ofstream(folder / name) << "x";
+    EXPECT_EQ(findFrames(folder / "s.%4d.exr"), (std::vector<FrameNumber>{1, 10000}));
+}
+
+TEST(PlateName, TheNumberOfOneFrame)
+{
+    EXPECT_EQ(frameNumberIn("a/shot.1003.exr"), 1003);
+    EXPECT_EQ(frameNumberIn("b_0001.png"), 1);
+    EXPECT_EQ(frameNumberIn("0007.jpg"), 7);
+    EXPECT_EQ(frameNumberIn("s.-012.exr"), -12);
+    EXPECT_EQ(frameNumberIn("s_-3.exr"), -3);
+    EXPECT_EQ(frameNumberIn("take.2.0010.exr"), 10);
+    // Numbers that belong to the name.
+    for (const char* name : {"still.png", "IMG1234.jpg", "take-2.exr", "4k/plate.exr", "shot.0001.left.exr", "",
+                             "99999999999999999999.png"})
+        EXPECT_EQ(frameNumberIn(name), std::nullopt) << name;
+    const test::TemporaryFolder folder;
+    writeExr(folder / "shot.1003.exr", ImageF(4, 4, 4), {"R", "G", "B", "A"}, true);
+    EXPECT_EQ(openPlate(folder / "shot.1003.exr", {})->info().frames, std::vector<FrameNumber>{1003});
+    ReadOptions renumbered;
+    renumbered.firstFrame = 5;
+    EXPECT_EQ(openPlate(folder / "shot.1003.exr", renumbered)->info().frames, std::vector<FrameNumber>{5});
+}
+
+TEST(PlateName, AFolderIsTheSequenceInIt)
+{
+    const auto folderWith = [](const std::vector<std::string>& names) {
+        auto folder = std::make_unique<test::TemporaryFolder>();
+        for (const std::string& name : names) std::ofstream(*folder / name) << "x";
+        return folder;
+    };
+    const struct {
+        std::vector<std::string> names;
+        std::string pattern;
+    } cases[] = {
+        {{"s.0001.exr", "s.0002.exr", ".s.0003.exr.partial", "notes.txt", ".DS_Store"}, "s.%04d.exr"},
+        {{"s.9.exr", "s.10.exr", "s.100.exr"}, "s.%01d.exr"},
+        {{"s.0999.exr", "s.1000.exr", "s.10000.exr"}, "s.%04d.exr"},
+        {{"s.-002.exr", "s.-001.exr", "s.0000.exr"}, "s.%04d.exr"},
+        {{"0001.png", "0002.png"}, "%04d.png"},
+        {{"take2_v003.0001.exr", "take2_v003.0002.exr"}, "take2_v003.%04d.exr"},
+        {{"only.exr"}, "only.exr"},
+        {{"shot.0005.exr"}, "shot.0005.exr"},
+    };
+    for (const auto& [names, pattern] : cases) {
+        const auto folder = folderWith(names);
+        EXPECT_EQ(resolvePlateName(*folder / ""), *folder / pattern);
+        if (isFramePattern(pattern)) {
+            std::size_t images = 0;
+            for (const std::string& name : names) images += name[0] != '.' && name.find(".txt") == std::string::npos;
+            EXPECT_EQ(findFrames(*folder / pattern).size(), images) << pattern;
+        }
+    }
+    for (const auto& names :
+         std::vector<std::vector<std::string>>{{"a.0001.exr", "a.0002.exr", "b.0001.exr", "b.0002.exr"},
+                                               {"a.0001.exr", "a.0002.exr", "still.exr"},
+                                               {"a.0001.exr", "a.0002.exr", "a.0001.png"},
+                                               {"a.1.exr", "a.2.exr", "a.0001.exr", "a.0002.exr"}}) {
+        const auto folder = folderWith(names);
+        const std::string sentence = test::sentenceOf(ErrorCode::Input, [&] { openPlate(*folder / "", {}); });
+        EXPECT_SAYS(sentence, "several");
+        EXPECT_SAYS(sentence, "a.%0");
+    }
+    const test::TemporaryFolder empty;
+    EXPECT_SAYS(test::sentenceOf(ErrorCode::Input, [&] { openPlate(empty / "", {}); }), "folder without images");
+    EXPECT_EQ(resolvePlateName("none/shot.%04d.exr"), "none/shot.%04d.exr");
 }
 
 TEST(FramePattern, TwoPlacesForTheNumberAreRefused)

@@ -1,0 +1,84 @@
+"""Sequences of images: folders, single frames, holes, and going on with what is there (--resume)."""
+import shutil
+import time
+import unittest
+
+import numpy as np
+from support import CHEAP, OFF, CliTest, bits, readImage, street, writeImage
+
+FRAMES = (-2, -1, 0, 1, 2, 4, 5, 8)  # 3, 6 and 7 are missing
+
+
+def shade(path):
+    return float(readImage(path)[0][..., 0].mean())
+
+
+class Sequences(CliTest):
+    @classmethod
+    def makePlates(cls):
+        (cls.folder / "seq").mkdir()
+        for frame in FRAMES:
+            name = f"s.{frame:04d}.exr"
+            writeImage(cls.folder / "seq" / name, np.full((16, 24, 3), 0.5 + 0.01 * frame, np.float32), "float")
+        (cls.folder / "seq/.s.0009.exr.partial").write_bytes(b"half of a frame")
+        (cls.folder / "seq/notes.txt").write_text("for the client")
+
+    def setUp(self):
+        self.out = self.folder / "out"
+        shutil.rmtree(self.out, ignore_errors=True)
+        self.out.mkdir()
+
+    def written(self):
+        return sorted(int(path.name.split(".")[1]) for path in self.out.glob("*.exr"))
+
+    def render(self, *arguments):
+        return self.rain(*arguments, *OFF, "-o", "out/o.%04d.exr")
+
+    def test_holesStop(self):
+        for plate in ("seq/s.%04d.exr", "seq/s.####.exr", "seq"):
+            self.refused(3, ["frames 3,6-7 are missing", "s.", "-2-2,4-5,8", "--on-error skip or hold"], "rain", plate, "-o",
+                         "out/o.%04d.exr", *OFF)
+
+    def test_holesThatNobodyAskedFor(self):
+        self.assertEqual(self.render("seq/s.%04d.exr", "--frames", "-2-2")["frame_range"], "-2-2")
+        self.assertEqual(self.written(), [-2, -1, 0, 1, 2])
+
+    def test_holesAreSkipped(self):
+        report = self.render("seq", "--on-error", "skip")
+        self.assertEqual(report["frames"], len(FRAMES))
+        self.assertEqual(self.written(), list(FRAMES))
+        self.assertEqual(report["repaired"]["frames"], [f"frame {n} was skipped" for n in (3, 6, 7)])
+
+    def test_holesAreFilled(self):
+        self.render("seq", "--on-error", "hold")
+        self.assertEqual(self.written(), list(range(-2, 9)))
+        for frame, held in ((3, 2), (6, 5), (7, 5), (8, 8), (-2, -2)):
+            self.assertAlmostEqual(shade(self.out / f"o.{frame:04d}.exr"), 0.5 + 0.01 * held, places=5)
+
+    def test_eachHoleIsNamedOnce(self):
+        for word in ("skip", "hold"):
+            run = self.succeeds("rain", "seq", "-o", "out/o.%04d.exr", *OFF, "--on-error", word)
+            for frame in (3, 6, 7):
+                self.assertEqual(run.err.count(f"s.{frame:04d}.exr"), 1, run)
+
+    def test_rangesAndOrder(self):
+        self.render("seq", "--frames", "8,-2--1 2-0x-2")
+        self.assertEqual(self.written(), [-2, -1, 0, 2, 8])
+
+    def test_oneFrameKeepsItsNumber(self):
+        report = self.render("seq/s.0005.exr")
+        self.assertEqual((report["frame_range"], self.written()), ("5", [5]))
+        report = self.render("seq/s.-002.exr")
+        self.assertEqual((report["frame_range"], self.written()), ("-2", [-2, 5]))
+
+    def test_foldersThatAreNoPlate(self):
+        (self.folder / "two").mkdir(exist_ok=True)
+        for name in ("a.0001.png", "a.0002.png", "b.0001.png", "b.0002.png"):
+            writeImage(self.folder / "two" / name, street(8, 8)[..., :3], "uint8")
+        (self.folder / "none").mkdir(exist_ok=True)
+        self.refused(3, ["two", "a.%04d.png, b.%04d.png"], "rain", "two", "-o", "out/o.%04d.exr")
+        self.refused(3, ["none", "without images"], "rain", "none", "-o", "out/o.%04d.exr")
+
+
+if __name__ == "__main__":
+    unittest.main()
