@@ -184,12 +184,15 @@ Runner addExtractCommand(CLI::App& app, CLI::App*& command)
     flag("--confidence", job.confidence, "write confidence.####.exr: how much each alpha rests on data");
     flag("--half", job.half, "write EXR as 16-bit half float (default for footage of up to 10 bits)");
     flag("--float", job.floats, "write EXR as 32-bit float (default for the rest)");
-    add("--colorspace", job.colorspace, "of the footage, by name (default by metadata, else a guess; virga info --colorspaces)",
-        "NAME");
+    add("--colorspace", job.colorspace,
+        "of the footage, by name (default by metadata, else a guess; virga info --colorspaces)", "NAME");
     addOcioFlag(*command, job.ocio, group);
     flag("--linear", job.linear, "the values are linear light as they stand, and the model holds in them");
     add("--stack", a.stack, "the footage is one image of so many frames, top to bottom", "N");
     add("--fps", job.fps, "frames a second (default the footage's)", "1/s");
+    add("--stream", job.stream, "which of a movie's video streams, counted from 0 (virga info FOOTAGE lists them)",
+        "N");
+    flag("--deinterlace", job.deinterlace, "make frames of interlaced pictures");
     add("--on-error", job.onError, "what to do with a frame that cannot be read (default stop)", "stop|skip|hold");
     group = "Model";
     add("--rain-color", a.color,

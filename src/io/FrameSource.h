@@ -36,7 +36,7 @@ struct FrameTime {
 
 /// What a movie's writer wants to know of the movie that the plate came from. Enumerators are FFmpeg's, as int.
 struct MovieOrigin {
-    std::string path;
+    std::string path;  ///< can be opened; of a pipe, the file that it was spooled into
     int streamIndex = 0;
     Rational timeBase, frameRate, pixelAspect;
     bool isVariableRate = false;

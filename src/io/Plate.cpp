@@ -41,6 +41,17 @@ void refuseWritingOverPlate(const std::string& path, const PlateInfo& plate)
 
 }  // namespace
 
+const char* scanWords(Scan scan)
+{
+    switch (scan) {
+        case Scan::Progressive: return "progressive";
+        case Scan::TopFirst: return "interlaced, top field first";
+        case Scan::BottomFirst: return "interlaced, bottom field first";
+        case Scan::Unknown: break;
+    }
+    return "unknown";
+}
+
 std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOptions& options)
 {
     if (name.empty()) throw Error(ErrorCode::Input, "the plate has no name");

@@ -35,8 +35,21 @@ struct ReadOptions {
     std::optional<double> fps;  ///< overrides what the file says [1/s]
     std::optional<FrameNumber> firstFrame;  ///< number of a movie's first frame (0)
     OnError onError = OnError::Stop;
-    int stack = 0;  ///< the file is one image in which so many frames stand top to bottom; 0: it is not
+    int stack = 0;              ///< the file is one image in which so many frames stand top to bottom; 0: it is not
+    std::optional<int> stream;  ///< which of a movie's video streams, counted from 0; nothing: the default one
+    bool deinterlace = false;   ///< a movie's frames are made of both their fields' lines at one time (Deinterlacer.h)
 };
+
+/// How the lines of a movie's frames were taken.
+enum class Scan {
+    Unknown,      ///< neither container nor decoder says
+    Progressive,  ///< all at once
+    TopFirst,     ///< interlaced: the lines 0, 2, 4 ... earlier by half a frame
+    BottomFirst,  ///< interlaced: the lines 1, 3, 5 ... earlier
+};
+constexpr bool isInterlaced(Scan scan) { return scan == Scan::TopFirst || scan == Scan::BottomFirst; }
+/// "unknown", "progressive", "interlaced, top field first", "interlaced, bottom field first".
+const char* scanWords(Scan scan);
 
 struct PlateInfo {
     std::string path;  ///< as the user gave it; of a folder the pattern of the sequence in it
@@ -55,6 +68,9 @@ struct PlateInfo {
     std::string workingColorspace;              ///< what they are converted to: linear
     std::shared_ptr<const ColorConfig> colors;  ///< where these names mean something; the writer looks them up there
     std::string format;                         ///< for the log: "h264 yuv420p", "openexr half"
+    Scan scan = Scan::Unknown;                  ///< of a movie, as the file has it
+    std::vector<std::string> videoStreams;      ///< of a movie, each in words; ReadOptions::stream counts them
+    bool isDeinterlaced = false;                ///< ReadOptions::deinterlace was asked for and done
 };
 
 /// Metadata, time stamps, source pixels: what a frame carries through to the writer untouched. Opaque above io.

@@ -106,6 +106,8 @@ ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
     read.fps = options.fps;
     read.onError = onErrorOf(options.onError);
     read.stack = options.stack;
+    read.stream = options.stream;
+    read.deinterlace = options.deinterlace;
     reader_ = io::openPlate(options.footage, read);
     frames_ = chooseFrames(options.frames, reader_->info(), read.onError);
     std::sort(frames_.begin(), frames_.end());

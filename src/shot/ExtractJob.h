@@ -21,6 +21,8 @@ struct ExtractJobOptions {
     std::string colorspace;
     std::string ocio;
     std::optional<double> fps;
+    std::optional<int> stream;  ///< of a movie, which of its video streams; nothing: the default one
+    bool deinterlace = false;
     std::string onError = "stop";  ///< stop, skip, hold
 
     bool paper = false;                          ///< Wang et al. 2006 as it is written

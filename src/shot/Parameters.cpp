@@ -75,6 +75,8 @@ constexpr Parameter table[] = {
     {"float", "file", "", 0, 0, "write EXR as 32-bit float; else as the plate is, half if it is no EXR", &S::floatOutput},
     {"codec", "file", "", 0, 0, "FFmpeg encoder for a movie; empty: fits container and plate", &S::codec},
     {"quality", "file", "", 0, 100, "its CRF or quantiser", &S::quality},
+    {"stream", "file", "", 0, 1000, "which of a movie's video streams, counted from 0; auto: the default one ('virga info PLATE' lists them)", &S::stream},
+    {"deinterlace", "file", "", 0, 0, "make frames of interlaced pictures: the first field's lines stay, the others are made anew (bwdif)", &S::deinterlace},
     {"on-error", "file", "", 0, 0, "what to do with a frame that cannot be read", &S::onError, "stop|skip|hold"},
 };
 // clang-format on

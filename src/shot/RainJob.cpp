@@ -27,12 +27,27 @@ io::OnError onErrorOf(const Settings& settings)
     return io::OnError::Stop;
 }
 
-std::optional<FrameNumber> firstFrameOf(const Settings& settings)
+/// Throws Error(InvalidArgument) unless the number is whole.
+template <class Integer>
+std::optional<Integer> wholeOf(const char* flag, AutoNumber value)
 {
-    if (!settings.firstFrame) return std::nullopt;
-    if (*settings.firstFrame != std::round(*settings.firstFrame))
-        throw Error(ErrorCode::InvalidArgument, "--first-frame '{}': must be a whole number", *settings.firstFrame);
-    return FrameNumber(*settings.firstFrame);
+    if (!value) return std::nullopt;
+    if (*value != std::round(*value))
+        throw Error(ErrorCode::InvalidArgument, "--{} '{}': must be a whole number", flag, *value);
+    return Integer(*value);
+}
+
+io::ReadOptions readOptionsOf(const Settings& settings, io::OnError onError)
+{
+    io::ReadOptions options;
+    options.colorspace = settings.colorspace;
+    options.ocio = settings.ocio;
+    options.fps = settings.fps;
+    options.firstFrame = wholeOf<FrameNumber>("first-frame", settings.firstFrame);
+    options.onError = onError;
+    options.stream = wholeOf<int>("stream", settings.stream);
+    options.deinterlace = settings.deinterlace;
+    return options;
 }
 
 /// Nothing: as the plate is.
@@ -107,11 +122,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     const Timer start;
     checkPreview(options);
     const io::OnError onError = onErrorOf(settings);
-    const auto reader = io::openPlate(options.plate, {.colorspace = settings.colorspace,
-                                                      .ocio = settings.ocio,
-                                                      .fps = settings.fps,
-                                                      .firstFrame = firstFrameOf(settings),
-                                                      .onError = onError});
+    const auto reader = io::openPlate(options.plate, readOptionsOf(settings, onError));
     const io::PlateInfo& plate = reader->info();
     const std::vector<FrameNumber> frames = chooseFrames(options.frames, plate, onError);
     if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
@@ -236,6 +247,8 @@ std::string reportJson(const RainReport& report, const Settings& settings)
         {"plate",
          {{"path", report.plate.path},
           {"format", report.plate.format},
+          {"scan", report.plate.isMovie ? json(io::scanWords(report.plate.scan)) : json()},
+          {"deinterlaced", report.plate.isDeinterlaced},
           {"colorspace", report.plate.colorspace},
           {"colorspace_source", report.plate.colorspaceSource},
           {"working_colorspace", report.plate.workingColorspace},

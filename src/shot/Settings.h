@@ -76,6 +76,8 @@ struct Settings {
     bool floatOutput = false;
     std::string codec;
     AutoNumber quality;
+    AutoNumber stream;  ///< whole
+    bool deinterlace = false;
     std::string onError = "stop";
 };
 
