@@ -1,13 +1,8 @@
 #include "camera/Camera.h"
 
 #include <cmath>
-#include <fstream>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/trigonometric.hpp>
-#include <sstream>
-#include <vector>
-
-#include "core/Error.h"
 
 namespace virga::camera {
 
@@ -66,51 +61,6 @@ glm::dmat3 rotationZXY(double rx, double ry, double rz) noexcept
 Pose pitchedPose(const glm::dvec3& position, double pitch) noexcept
 {
     return {position, rotationZXY(-pitch, 0, 0), std::nullopt};
-}
-
-Track readChan(const std::string& path)
-{
-    std::ifstream file(path);
-    if (!file) throw Error(ErrorCode::Input, "camera track '{}' cannot be opened", path);
-
-    std::map<FrameNumber, Pose> poses;
-    std::string line;
-    for (int lineNumber = 1; std::getline(file, line); ++lineNumber) {
-        if (const auto comment = line.find('#'); comment != std::string::npos) line.erase(comment);
-        std::istringstream words(line);
-        std::vector<double> numbers;
-        std::string word;
-        while (words >> word) {
-            char* end = nullptr;
-            const double number = std::strtod(word.c_str(), &end);
-            if (*end != '\0' || !std::isfinite(number))
-                throw Error(ErrorCode::Input, "camera track '{}', line {}: '{}' is not a number", path, lineNumber,
-                            word);
-            numbers.push_back(number);
-        }
-        if (numbers.empty()) continue;
-        if (numbers.size() < 7)
-            throw Error(ErrorCode::Input,
-                        "camera track '{}', line {}: {} numbers, but 'frame tx ty tz rx ry rz [vfov]' needs 7 or 8",
-                        path, lineNumber, numbers.size());
-        if (std::abs(numbers[0]) > 1e15 || numbers[0] != std::round(numbers[0]))
-            throw Error(ErrorCode::Input, "camera track '{}', line {}: frame {} is not a whole number", path,
-                        lineNumber, numbers[0]);
-        Pose pose;
-        pose.position = {numbers[1], numbers[2], numbers[3]};
-        pose.worldFromCamera =
-            rotationZXY(glm::radians(numbers[4]), glm::radians(numbers[5]), glm::radians(numbers[6]));
-        if (numbers.size() > 7) {
-            if (numbers[7] <= 0 || numbers[7] >= 180)
-                throw Error(ErrorCode::Input,
-                            "camera track '{}', line {}: vertical field of view {} deg must be over 0 and under 180",
-                            path, lineNumber, numbers[7]);
-            pose.verticalFov = glm::radians(numbers[7]);
-        }
-        poses[FrameNumber(numbers[0])] = pose;
-    }
-    if (poses.empty()) throw Error(ErrorCode::Input, "camera track '{}' holds no frame", path);
-    return Track(std::move(poses));
 }
 
 }  // namespace virga::camera

@@ -7,7 +7,6 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
-#include <string>
 
 #include "core/FrameRange.h"
 
@@ -39,7 +38,7 @@ struct Projected {
 Projected project(const Projection& projection, const glm::dvec3& inCamera) noexcept;
 
 /// A camera that moves: one pose a frame, positions and rotations between frames interpolated (linear, slerp), held
-/// before the first and after the last.
+/// before the first and after the last. camera/TrackFile.h reads them.
 class Track {
 public:
     Track() = default;
@@ -51,15 +50,11 @@ public:
     bool empty() const { return poses_.empty(); }
     FrameNumber firstFrame() const { return poses_.begin()->first; }
     FrameNumber lastFrame() const { return poses_.rbegin()->first; }
+    const std::map<FrameNumber, Pose>& poses() const { return poses_; }
 
 private:
     std::map<FrameNumber, Pose> poses_;
 };
-
-/// Reads a Nuke .chan file: lines of `frame tx ty tz rx ry rz [vertical-fov]`, metres and degrees, rotation order ZXY
-/// (Nuke's default: R = Ry Rx Rz, z is applied first). '#' starts a comment.
-/// Throws Error(Input) naming the file, the line and what is wrong with it.
-Track readChan(const std::string& path);
 
 /// R = Ry(ry) Rx(rx) Rz(rz), angles in radians.
 glm::dmat3 rotationZXY(double rx, double ry, double rz) noexcept;

@@ -118,10 +118,64 @@ float alikeDepth(const ImageF& depth, const ImageF& reduced, const std::array<fl
 
 }  // namespace
 
+namespace {
+
+void requirePositive(const char* name, double value)
+{
+    if (!(value > 0) || !std::isfinite(value))
+        throw Error(ErrorCode::InvalidArgument, "depth {} {} is not a number above 0", name, value);
+}
+
+/// Depth, or its inverse, as a linear function of what is stored.
+struct Coding {
+    double slope, offset;
+    bool isInverse;
+
+    explicit Coding(const DepthOptions& o)
+        : slope(o.scale), offset(o.offset), isInverse(o.kind == DepthKind::Inverse || o.kind == DepthKind::Disparity)
+    {
+        requirePositive("scale", o.scale);
+        if (!std::isfinite(o.offset))
+            throw Error(ErrorCode::InvalidArgument, "depth offset {} is not a number", o.offset);
+        if (o.kind == DepthKind::Disparity || o.kind == DepthKind::Distance)
+            requirePositive("focal length", o.focal_px);
+        if (o.kind == DepthKind::Inverse) {
+            slope = 1 / o.scale;
+            offset = o.offset / o.scale;
+        } else if (o.kind == DepthKind::Disparity) {
+            requirePositive("baseline", o.baseline_m);
+            slope = o.scale / (o.baseline_m * o.focal_px);
+            offset = o.offset / (o.baseline_m * o.focal_px);
+        }
+        if (!o.range) return;
+        const auto [first, last] = *o.range;
+        requirePositive("range", first);
+        requirePositive("range", last);
+        requirePositive("full scale", o.full);
+        if (o.kind == DepthKind::Disparity)
+            throw Error(ErrorCode::InvalidArgument, "disparity has a baseline, not a depth range");
+        offset = isInverse ? 1 / first : first;
+        slope = ((isInverse ? 1 / last : last) - offset) / o.full;
+    }
+
+    double at(double stored) const { return slope * stored + offset; }
+};
+
+/// From distances along the rays to depths along the axis.
+void putOnAxis(ImageF& metres, double focal_px)
+{
+    for (int y = 0; y < metres.height(); ++y)
+        for (int x = 0; x < metres.width(); ++x) {
+            const double u = x + 0.5 - 0.5 * metres.width(), v = y + 0.5 - 0.5 * metres.height();
+            metres.at(x, y) *= float(focal_px / std::hypot(focal_px, u, v));
+        }
+}
+
+}  // namespace
+
 Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
 {
-    if (!(options.scale > 0) || !std::isfinite(options.scale))
-        throw Error(ErrorCode::InvalidArgument, "depth scale {} is not a number above 0", options.scale);
+    const Coding coding(options);
     if (!(options.skyBeyond > 0))
         throw Error(ErrorCode::InvalidArgument, "depth sky distance {} is not above 0", options.skyBeyond);
     if (stored.empty() || stored.channels() < 1) throw Error(ErrorCode::Input, "the depth image has no pixels");
@@ -134,12 +188,12 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
         for (int x = 0; x < stored.width(); ++x) {
             const double value = stored.at(x, y);
             float& out = depth.metres.at(x, y);
-            const double metres = options.invert ? options.scale / value : options.scale * value;
+            const double coded = coding.at(value), metres = coding.isInverse ? 1 / coded : coded;
             if (std::isnan(value))
                 out = kHole, ++counts.nan;
             else if (options.noValue && value == *options.noValue)
                 out = kHole, ++counts.noValue;
-            else if ((options.invert && value == 0) || metres >= options.skyBeyond)  // 1 / -0 is no hole either
+            else if ((coding.isInverse && coded == 0) || metres >= options.skyBeyond)  // 1 / -0 is no hole either
                 out = kSky, ++counts.infinite;
             else if (!(float(metres) > 0))
                 out = kHole, ++counts.nonPositive;
@@ -148,6 +202,7 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
         }
     counts.filled = counts.nan + counts.nonPositive + counts.noValue;
     if (counts.filled > 0) fillHoles(depth.metres);
+    if (options.kind == DepthKind::Distance) putOnAxis(depth.metres, options.focal_px);
     return depth;
 }
 

@@ -2,6 +2,7 @@
 // (docs/conventions.md). Every pixel of the result is above 0 or +inf; there is no "unknown" left in it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -9,9 +10,24 @@
 
 namespace virga::depth {
 
+/// What the stored values are.
+enum class DepthKind {
+    Z,          ///< metres along the camera's axis = scale * stored + offset
+    Distance,   ///< the same along the ray: z = distance * f / hypot(f, x, y), the place from the picture's middle
+    Inverse,    ///< metres = scale / (stored + offset)
+    Disparity,  ///< of a stereo pair [px of the depth image]: metres = baseline * focal / (scale * stored + offset)
+};
+
 struct DepthOptions {
-    double scale = 1;               // metres in a stored unit, > 0: 0.001 for millimetres, 1/256 for KITTI's 16 bits
-    bool invert = false;            // the file stores inverse depth: metres = scale / stored
+    DepthKind kind = DepthKind::Z;
+    double scale = 1;   // > 0: 0.001 for millimetres, 1/256 for KITTI's 16 bits
+    double offset = 0;  // see DepthKind
+    // Depth [m] where the stored value is 0 and where it is `full`, both > 0, instead of scale and offset; depth goes
+    // straight in between, or its inverse does if the kind is Inverse.
+    std::optional<std::array<double, 2>> range;
+    double full = 1;                // the largest stored value of the file's type
+    double baseline_m = 0;          // of Disparity, > 0
+    double focal_px = 0;            // of the depth image, > 0: of Disparity and Distance
     std::optional<double> noValue;  // stored value that means "not measured", e.g. 65535; 0 always does (but see below)
     double skyBeyond = 6e4;         // [m] from here on it is sky: renderers write 65504 (half's largest) or 1e10 there
 };
@@ -37,7 +53,7 @@ struct Depth {
 /// pixels; the sky counts as a depth), because an unmeasured pixel belongs to something that is seen around it, while
 /// depth 0 would hide all rain and the sky none. If all pixels are holes, all become sky.
 /// Inverse depth: 0 is infinitely far, so it is sky and no hole; +inf would be depth 0 and counts as nonPositive.
-/// Throws Error(InvalidArgument) if scale or skyBeyond is not above 0, Error(Input) if there is no pixel.
+/// Throws Error(InvalidArgument) if a number is not as DepthOptions says, Error(Input) if there is no pixel.
 Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options = {});
 
 /// The depth at another size. Edges stay edges: where the four pixels around a place agree within `tolerance` (largest

@@ -27,6 +27,7 @@
 #include "shot/AtlasFile.h"
 #include "shot/DepthSource.h"
 #include "shot/LightsFile.h"
+#include "shot/CameraTrack.h"
 #include "shot/RainModel.h"
 #include "shot/ShotLight.h"
 
@@ -38,7 +39,7 @@ constexpr double fogTableScale = 20;
 
 camera::Track trackOf(const Settings& settings)
 {
-    if (!settings.camera.empty()) return camera::readChan(settings.camera);
+    if (!settings.camera.empty()) return readCameraTrack(settings);
     return camera::Track({{0, standingPose(settings)}});
 }
 

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <filesystem>
 
 #include "core/Error.h"
 #include "core/Log.h"
 #include "depth/Geometry.h"
-#include "io/Plate.h"
 
 namespace virga::shot {
 
@@ -33,85 +31,89 @@ Ground parseGround(const std::string& text)
     return ground;
 }
 
-DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
-    : pattern_(settings.depth), width_(width), height_(height), holds_(settings.onError == "hold")
+namespace {
+
+depth::DepthKind kindOf(const Settings& s)
 {
-    options_.scale = settings.depthScale;
-    options_.invert = settings.depthInvert;
-    options_.noValue = settings.depthNoValue;
-    if (pattern_.empty()) {
-        groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
-    } else if (io::isFramePattern(pattern_)) {
-        if (io::findFrames(pattern_).empty())
-            throw Error(ErrorCode::Input, "depth '{}': no frame of that pattern exists", pattern_);
-    } else if (!std::filesystem::exists(pattern_)) {
-        throw Error(ErrorCode::Input, "depth '{}': no such file", pattern_);
-    }
+    if (s.depthInvert && s.depthKind != "z" && s.depthKind != "inverse")
+        throw Error(ErrorCode::InvalidArgument, "--depth-invert and --depth-kind {} exclude each other", s.depthKind);
+    if (s.depthInvert || s.depthKind == "inverse") return depth::DepthKind::Inverse;
+    if (s.depthKind == "distance") return depth::DepthKind::Distance;
+    return s.depthKind == "disparity" ? depth::DepthKind::Disparity : depth::DepthKind::Z;
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::fromImage(const std::string& path, ConstImageViewF plate)
-{
-    const io::RawImage raw = io::readRawImage(path);
-    const auto& names = raw.channelNames;
-    // A layer of depth is called Z, depth.Z or the like; else the first channel is taken.
-    const auto z = std::find_if(names.begin(), names.end(), [](const std::string& name) {
-        return name == "Z" || name == "z" || name.ends_with(".Z") || name.ends_with(".z");
-    });
-    const int channel = z != names.end() ? int(z - names.begin()) : 0;
-    if (!saidKind_ && raw.isDisplayReferred && raw.bitDepth == 8)
-        log::warning("depth '{}' has 8 bits a pixel: {} levels of depth", path, 256);
-    if (!saidKind_ && z == names.end() && names.size() > 1)
-        log::warning("depth '{}' has no channel Z; its '{}' is taken", path, names[0]);
-    saidKind_ = true;
-    ImageF stored(raw.pixels.width(), raw.pixels.height(), 1);
-    for (int y = 0; y < stored.height(); ++y)
-        for (int x = 0; x < stored.width(); ++x) stored.at(x, y) = raw.pixels.at(x, y, channel);
+}  // namespace
 
-    depth::Depth depth = depth::sanitizeDepth(stored, options_);
+DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
+    : width_(width), height_(height), holds_(settings.onError == "hold")
+{
+    if (settings.depth.empty()) {
+        groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
+        return;
+    }
+    options_.kind = kindOf(settings);
+    options_.scale = settings.depthScale;
+    options_.offset = settings.depthOffset;
+    options_.noValue = settings.depthNoValue;
+    options_.baseline_m = settings.depthBaseline_m;
+    if (options_.kind == depth::DepthKind::Disparity && !(options_.baseline_m > 0))
+        throw Error(ErrorCode::InvalidArgument, "--depth-kind disparity needs --depth-baseline, in metres");
+    if (const auto& [first, last] = settings.depthRange; first != 0 || last != 0) {
+        if (!(first > 0 && last > 0) || first == last)
+            throw Error(
+                ErrorCode::InvalidArgument,
+                "--depth-range '{:g},{:g}': must be two different depths over 0, at the value 0 and at the largest",
+                first, last);
+        options_.range = settings.depthRange;
+    }
+    reader_.emplace(settings);
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate)
+{
+    const std::string name = reader_->nameOf(frame);
+    const bool needsFocal = options_.kind == depth::DepthKind::Distance || options_.kind == depth::DepthKind::Disparity;
+    // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
+    if (name == lastName_ && !followsPlate_ && (!needsFocal || focal_px == lastFocal_px_)) return last_;
+    const StoredDepth stored = reader_->read(frame);
+    options_.full = stored.full;
+    options_.focal_px = focal_px * stored.values.width() / width_;
+    depth::Depth depth = depth::sanitizeDepth(stored.values, options_);
     const depth::DepthCounts& counts = depth.counts;
     if (counts.filled == counts.pixels)
-        throw Error(ErrorCode::Input, "depth '{}': none of its {} pixels has a depth above 0", path, counts.pixels);
+        throw Error(ErrorCode::Input, "depth '{}': none of its {} pixels has a depth above 0", name, counts.pixels);
     if (counts.filled > 0)
-        log::detail("depth '{}': {} NaN, {} not above 0, {} without value; filled from their neighbours", path,
+        log::detail("depth '{}': {} NaN, {} not above 0, {} without value; filled from their neighbours", name,
                     counts.nan, counts.nonPositive, counts.noValue);
     followsPlate_ = depth.metres.width() < width_ || depth.metres.height() < height_;
     if (depth.metres.width() != width_ || depth.metres.height() != height_) {
         if (!saidResampled_)
-            log::info("depth '{}' is {}x{}; resampled to the plate's {}x{} with its edges kept", path,
+            log::info("depth '{}' is {}x{}; resampled to the plate's {}x{} with its edges kept", name,
                       depth.metres.width(), depth.metres.height(), width_, height_);
         saidResampled_ = true;
         depth = depth::resampleDepth(std::move(depth), width_, height_, followsPlate_ ? plate : ConstImageViewF());
     }
-    return std::make_shared<const depth::Depth>(std::move(depth));
-}
-
-std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, const std::string& path,
-                                                          ConstImageViewF plate)
-{
-    // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
-    if (path == lastPath_ && !followsPlate_) return last_;
-    if (!std::filesystem::exists(path))
-        throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
-    last_ = fromImage(path, plate);
-    lastPath_ = path;
+    last_ = std::make_shared<const depth::Depth>(std::move(depth));
+    lastName_ = name;
+    lastFocal_px_ = focal_px;
     return last_;
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, const std::string& why,
+std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, const std::string& why, double focal_px,
                                                          ConstImageViewF plate)
 {
-    std::vector<FrameNumber> others = io::findFrames(pattern_);
+    std::vector<FrameNumber> others = reader_->frames();
     std::reverse(others.begin(), std::lower_bound(others.begin(), others.end(), frame));  // earlier ones, nearest first
     for (const FrameNumber other : others) {
         if (other == frame) continue;
         try {
-            auto held = fromFile(other, io::framePath(pattern_, other), plate);
+            auto held = fromFile(other, focal_px, plate);
             log::warning("depth held from frame {}: {}", other, why);
             return held;
         } catch (const Error&) {  // as bad as the first: try the next
         }
     }
-    throw Error(ErrorCode::Input, "{}; no other frame of '{}' can be read", why, pattern_);
+    throw Error(ErrorCode::Input, "{}; no other frame's depth can be read", why);
 }
 
 std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
@@ -133,12 +135,11 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         lastPose_ = pose;
         return last_;
     }
-    const std::string path = io::isFramePattern(pattern_) ? io::framePath(pattern_, frame) : pattern_;
     try {
-        return fromFile(frame, path, plate);
+        return fromFile(frame, projection.focal_px, plate);
     } catch (const Error& error) {
-        if (!holds_ || !io::isFramePattern(pattern_)) throw;
-        return heldFor(frame, error.what(), plate);
+        if (!holds_ || reader_->isOne()) throw;
+        return heldFor(frame, error.what(), projection.focal_px, plate);
     }
 }
 

@@ -6,11 +6,12 @@
 
 #include "camera/Camera.h"
 #include "depth/DepthImage.h"
+#include "shot/DepthReader.h"
 #include "shot/Settings.h"
 
 namespace virga::shot {
 
-/// Depth for each frame of a shot: from images (one, or one a frame), or from a ground plane.
+/// Depth for each frame of a shot: from images (one, or one a frame), from a movie, or from a ground plane.
 class DepthSource {
 public:
     /// Checks what can be checked: the file or the pattern's folder, the text of --ground.
@@ -25,19 +26,20 @@ public:
                                            const camera::Projection& projection, ConstImageViewF plate);
 
 private:
-    std::shared_ptr<const depth::Depth> fromImage(const std::string& path, ConstImageViewF plate);
-    std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, const std::string& path, ConstImageViewF plate);
+    std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate);
     /// --on-error hold: the nearest earlier depth that can be read, else the nearest later one. why: the sentence of
     /// the one that cannot.
-    std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, ConstImageViewF plate);
+    std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, double focal_px,
+                                                ConstImageViewF plate);
 
-    std::string pattern_;
+    std::optional<DepthReader> reader_;  // nothing: a ground plane
     depth::DepthOptions options_;
     int width_, height_;
     std::optional<double> groundLevel_;  // world y [m]
-    std::string lastPath_;
+    std::string lastName_;
+    double lastFocal_px_ = 0;
     bool followsPlate_ = false;  // the images are smaller than the plate
-    bool saidKind_ = false, saidResampled_ = false;
+    bool saidResampled_ = false;
     bool holds_;  // --on-error hold
     std::optional<camera::Pose> lastPose_;
     std::shared_ptr<const depth::Depth> last_;

@@ -37,6 +37,13 @@ struct Settings {
     double fstop = 8;
     double sensorWidth_mm = 24.9;
     std::string camera;
+    double cameraScale = 1;
+    std::string cameraUp = "y";
+    std::string cameraOrder = "zxy";
+    std::string cameraLayout = "row";
+    std::string cameraMatrix = "camera-to-world";
+    std::string cameraAxes = "opengl";
+    std::int64_t cameraOffset = 0;
     AutoNumber fps;
     AutoNumber firstFrame;  ///< whole
     // light
@@ -55,6 +62,12 @@ struct Settings {
     std::string depth;
     double depthScale = 1;
     bool depthInvert = false;
+    std::string depthKind = "z";
+    double depthOffset = 0;
+    std::array<double, 2> depthRange{};
+    double depthBaseline_m = 0;
+    std::string depthChannel;
+    std::string depthPacking = "none";
     AutoNumber depthNoValue;
     std::string ground;
     AutoNumber fog_1_m;

@@ -1,4 +1,5 @@
 #include "camera/Camera.h"
+#include "camera/TrackFile.h"
 
 #include <gtest/gtest.h>
 
@@ -163,12 +164,12 @@ TEST(Track, StandsStillWhenAllPosesAreEqual)
 TEST(Chan, ReadsPlacesAnglesAndFieldOfView)
 {
     const TemporaryFolder folder;
-    const Track track = readChan(folder.write("a.chan",
+    const Track track = readTrack(folder.write("a.chan",
                                               "# frame tx ty tz rx ry rz vfov\n"
                                               "\n"
                                               "1 0.5 -2 3e1 10 20 30 40   # the first\n"
                                               "\t3\t1 2 3 0 0 0 50\r\n"
-                                              "-2 0 0 0 0 0 0\n"));
+                                              "-2 0 0 0 0 0 0\n"), {}).track;
     EXPECT_EQ(track.firstFrame(), -2);
     EXPECT_EQ(track.lastFrame(), 3);
     const Pose pose = track.at(1);
@@ -189,7 +190,7 @@ TEST(Chan, ErrorsNameFileLineAndFault)
     const TemporaryFolder folder;
     const auto sentence = [&](const std::string& text) {
         const std::string path = folder.write("track.chan", text);
-        const std::string said = sentenceOf(ErrorCode::Input, [&] { readChan(path); });
+        const std::string said = sentenceOf(ErrorCode::Input, [&] { readTrack(path, {}); });
         EXPECT_SAYS(said, path);
         return said;
     };
@@ -202,7 +203,7 @@ TEST(Chan, ErrorsNameFileLineAndFault)
     EXPECT_SAYS(sentence(good + "2.5 0 0 0 0 0 0\n"), "line 3: frame 2.5 is not a whole number");
     EXPECT_SAYS(sentence(good + "2 0 0 0 0 0 0 180\n"), "line 3: vertical field of view 180");
     EXPECT_SAYS(sentence("# nothing but this\n\n"), "no frame");
-    EXPECT_SAYS(sentenceOf(ErrorCode::Input, [] { readChan("/no/such/track.chan"); }), "/no/such/track.chan");
+    EXPECT_SAYS(sentenceOf(ErrorCode::Input, [] { readTrack("/no/such/track.chan", {}); }), "/no/such/track.chan");
 }
 
 }  // namespace

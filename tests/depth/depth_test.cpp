@@ -29,7 +29,7 @@ TEST(Depth, EveryValueBecomesAPositiveDepthOrSky)
     for (const bool invert : {false, true})
         for (const double scale : {1.0, 1e-3, 1e6}) {
             DepthOptions options;
-            options.invert = invert;
+            options.kind = invert ? DepthKind::Inverse : DepthKind::Z;
             options.scale = scale;
             options.noValue = 65535;
             const Depth depth = sanitizeDepth(stored, options);
@@ -57,7 +57,7 @@ TEST(Depth, CountsWhatItFinds)
     EXPECT_FLOAT_EQ(depth.metres.at(0, 0), 1);  // filled
     EXPECT_EQ(depth.metres.at(1, 1), kInf);
 
-    options.invert = true;
+    options.kind = DepthKind::Inverse;
     options.scale = 10;
     const Depth inverse = sanitizeDepth(imageOf(3, {0, 5, -1}), options);
     EXPECT_EQ(inverse.metres.at(0, 0), kInf);
@@ -236,6 +236,89 @@ TEST(Geometry, NamesTheValueThatIsOutOfRange)
     EXPECT_THROW(groundDepth(5, 5, 1, kNan, 0.0), Error);
     EXPECT_THROW(groundDepth(5, 5, 1, 1, Vector{0, 0, 0}), Error);
     EXPECT_THROW(upFacing(ImageF(5, 5, 1, 1.0f), 1, Vector{0, 1, 0}, 0), Error);
+}
+
+/// The same wall, coded in each way.
+TEST(DepthKinds, TheSameDepthHoweverItIsStored)
+{
+    constexpr int width = 33, height = 17;
+    constexpr double focal = 40, baseline = 0.12;
+    ImageF truth(width, height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) truth.at(x, y) = float(2 + 0.3 * x + 0.1 * y);
+    const auto expectTruth = [&](const char* what, const DepthOptions& options, auto&& store) {
+        ImageF stored(width, height, 1);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) stored.at(x, y) = float(store(double(truth.at(x, y)), x, y));
+        const Depth depth = sanitizeDepth(stored, options);
+        EXPECT_EQ(depth.counts.filled + depth.counts.infinite, 0) << what;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                ASSERT_NEAR(depth.metres.at(x, y) / truth.at(x, y), 1, 2e-6) << what << " " << x << "," << y;
+    };
+    DepthOptions o;
+    o.scale = 0.001;
+    o.offset = -1;
+    expectTruth("offset", o, [](double z, int, int) { return (z + 1) / 0.001; });
+    o = {};
+    o.kind = DepthKind::Distance;
+    o.focal_px = focal;
+    expectTruth("distance", o, [](double z, int x, int y) {
+        return z * std::hypot(1.0, (x + 0.5 - 0.5 * width) / focal, (y + 0.5 - 0.5 * height) / focal);
+    });
+    o = {};
+    o.kind = DepthKind::Inverse;
+    o.scale = 10;
+    o.offset = 0.5;
+    expectTruth("inverse", o, [](double z, int, int) { return 10 / z - 0.5; });
+    o = {};
+    o.kind = DepthKind::Disparity;
+    o.scale = 1.0 / 256;
+    o.offset = 0.25;
+    o.baseline_m = baseline;
+    o.focal_px = focal;
+    expectTruth("disparity", o, [](double z, int, int) { return (baseline * focal / z - 0.25) * 256; });
+    o = {};
+    o.range = std::array{50.0, 1.0};  // white is near
+    o.full = 255;
+    expectTruth("range", o, [](double z, int, int) { return 255 * (z - 50) / (1 - 50); });
+    o.kind = DepthKind::Inverse;
+    o.full = 65535;
+    expectTruth("range of the inverse", o,
+                [](double z, int, int) { return 65535 * (1 / z - 1 / 50.0) / (1 - 1 / 50.0); });
+}
+
+TEST(DepthKinds, ZeroDisparityIsSkyAndNegativeIsAHole)
+{
+    ImageF stored(3, 1, 1);
+    stored.at(0, 0) = 0;
+    stored.at(1, 0) = -1;
+    stored.at(2, 0) = 4;
+    DepthOptions o;
+    o.kind = DepthKind::Disparity;
+    o.baseline_m = 0.1;
+    o.focal_px = 100;
+    const Depth depth = sanitizeDepth(stored, o);
+    EXPECT_EQ(depth.counts.infinite, 1);
+    EXPECT_EQ(depth.counts.nonPositive, 1);
+    EXPECT_NEAR(depth.metres.at(2, 0), 2.5, 1e-6);
+}
+
+TEST(DepthKinds, NumbersThatMeanNothingAreRefused)
+{
+    const ImageF stored(2, 2, 1, 1.0f);
+    const auto refused = [&](auto&& change) {
+        DepthOptions o;
+        o.focal_px = 100;
+        o.baseline_m = 0.1;
+        change(o);
+        EXPECT_THROW(sanitizeDepth(stored, o), Error);
+    };
+    refused([](DepthOptions& o) { o.offset = std::nan(""); });
+    refused([](DepthOptions& o) { o.kind = DepthKind::Disparity, o.baseline_m = 0; });
+    refused([](DepthOptions& o) { o.kind = DepthKind::Distance, o.focal_px = 0; });
+    refused([](DepthOptions& o) { o.range = std::array{0.0, 1.0}; });
+    refused([](DepthOptions& o) { o.kind = DepthKind::Disparity, o.range = std::array{1.0, 2.0}; });
 }
 
 }  // namespace

@@ -1,0 +1,129 @@
+#include "shot/DepthReader.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "io/ImageFile.h"
+
+namespace virga::shot {
+namespace {
+
+constexpr double packedFull = 65535;
+
+double largestOf(int bits) { return std::exp2(bits) - 1; }
+
+}  // namespace
+
+DepthReader::DepthReader(const Settings& settings)
+    : path_(settings.depth), channel_(settings.depthChannel), isPattern_(io::isFramePattern(settings.depth)),
+      isPacked_(settings.depthPacking == "rg")
+{
+    if (isPattern_) {
+        if (io::findFrames(path_).empty())
+            throw Error(ErrorCode::Input, "depth '{}': no frame of that pattern exists", path_);
+    } else if (!std::filesystem::exists(path_)) {
+        throw Error(ErrorCode::Input, "depth '{}': no such file", path_);
+    } else if (!io::isImageName(path_)) {
+        io::ReadOptions options;
+        options.colorspace = "raw";
+        movie_ = io::openPlate(path_, options);
+        const io::PlateInfo& info = movie_->info();
+        if (isPacked_ && (info.format.find("yuv") != std::string::npos || info.bitDepth != 8))
+            throw Error(ErrorCode::Input,
+                        "depth '{}': is {}; depth in two channels needs 8-bit RGB without loss, as conversion to YCbCr "
+                        "and compression change the higher byte",
+                        path_, info.format);
+    }
+}
+
+std::vector<FrameNumber> DepthReader::frames() const
+{
+    return movie_ ? movie_->info().frames : isPattern_ ? io::findFrames(path_) : std::vector<FrameNumber>();
+}
+
+std::string DepthReader::nameOf(FrameNumber frame) const
+{
+    return movie_ ? fmt::format("{}, frame {}", path_, frame) : isPattern_ ? io::framePath(path_, frame) : path_;
+}
+
+StoredDepth DepthReader::read(FrameNumber frame)
+{
+    if (movie_) return fromMovie(frame);
+    const std::string path = nameOf(frame);
+    if (!std::filesystem::exists(path))
+        throw Error(ErrorCode::Input, "frame {}: its depth '{}' does not exist", frame, path);
+    const io::RawImage raw = io::readRawImage(path);
+    StoredDepth stored;
+    stored.full = raw.isFloat ? 1 : largestOf(raw.bitDepth);
+    stored.values = ImageF(raw.pixels.width(), raw.pixels.height(), 1);
+    if (isPacked_) {
+        if (raw.isFloat || raw.bitDepth != 8 || raw.pixels.channels() < 2)
+            throw Error(ErrorCode::Input, "depth '{}': has no two channels of 8 bits to hold 16", path);
+        stored.full = packedFull;
+    }
+    const int channel = isPacked_ ? 0 : channelOf(raw, path);
+    for (int y = 0; y < stored.values.height(); ++y)
+        for (int x = 0; x < stored.values.width(); ++x) {
+            const float* pixel = raw.pixels.pixel(x, y);
+            stored.values.at(x, y) = isPacked_ ? 256 * pixel[0] + pixel[1] : pixel[channel];
+        }
+    return stored;
+}
+
+/// A layer of depth is called Z, depth.Z or the like; else the first channel is taken.
+int DepthReader::channelOf(const io::RawImage& image, const std::string& path)
+{
+    const auto& names = image.channelNames;
+    const auto index = [&](const auto& found) { return int(found - names.begin()); };
+    if (!channel_.empty()) {
+        const auto found = std::find(names.begin(), names.end(), channel_);
+        if (found == names.end())
+            throw Error(ErrorCode::Input, "depth '{}': has no channel '{}'; it has {}", path, channel_,
+                        fmt::join(names, ", "));
+        return index(found);
+    }
+    const auto isZ = [](const std::string& name) {
+        return name == "Z" || name == "z" || name.ends_with(".Z") || name.ends_with(".z");
+    };
+    std::vector<std::string> candidates;
+    std::copy_if(names.begin(), names.end(), std::back_inserter(candidates), isZ);
+    const auto plain = std::find(names.begin(), names.end(), "Z");
+    if (candidates.size() > 1 && plain == names.end())
+        throw Error(ErrorCode::Input, "depth '{}': several channels hold depth, {}; --depth-channel names one", path,
+                    fmt::join(candidates, ", "));
+    if (!saidKind_ && image.isDisplayReferred && image.bitDepth == 8)
+        log::warning("depth '{}' has 8 bits a pixel: 256 levels of depth", path);
+    if (!saidKind_ && candidates.empty() && names.size() > 1)
+        log::warning("depth '{}' has no channel Z; its '{}' is taken", path, names[0]);
+    saidKind_ = true;
+    if (plain != names.end()) return index(plain);
+    return candidates.empty() ? 0 : index(std::find_if(names.begin(), names.end(), isZ));
+}
+
+StoredDepth DepthReader::fromMovie(FrameNumber frame)
+{
+    const io::PlateInfo& info = movie_->info();
+    if (!std::binary_search(info.frames.begin(), info.frames.end(), frame))
+        throw Error(ErrorCode::Input, "frame {}: the depth '{}' has frames {} alone", frame, path_,
+                    formatFrameRange(info.frames));
+    const std::optional<io::PlateFrame> read = movie_->read(frame);
+    StoredDepth stored;
+    const double full = largestOf(info.bitDepth);
+    stored.full = isPacked_ ? packedFull : full;
+    stored.values = ImageF(info.width, info.height, 1);
+    for (int y = 0; y < info.height; ++y)
+        for (int x = 0; x < info.width; ++x) {
+            const float* rgba = read->pixels.pixel(x, y);
+            // Codes are whole numbers; what is near one is one.
+            const double red = std::round(rgba[0] * full), green = std::round(rgba[1] * full);
+            stored.values.at(x, y) = float(isPacked_ ? 256 * red + green : red);
+        }
+    return stored;
+}
+
+}  // namespace virga::shot

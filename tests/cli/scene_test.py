@@ -1,0 +1,107 @@
+"""Depth and cameras in the forms in which other programs hand them over: the same scene, the same picture."""
+import subprocess
+import unittest
+
+import numpy as np
+from support import CliTest, ffmpeg, readImage, street, writeImage
+
+WIDTH, HEIGHT, FOV = 96, 54, 60
+FOCAL = 0.5 * WIDTH / np.tan(np.radians(FOV / 2))
+RAIN = ["--rate", "100", "--fov", str(FOV), "--fog", "0.1", "--frames", "1-2"]
+
+
+class Scene(CliTest):
+    @classmethod
+    def makePlates(cls):
+        for frame in (1, 2):
+            writeImage(cls.folder / f"shot.{frame:04d}.exr", street(WIDTH, HEIGHT, seed=frame), "half")
+        y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+        # Whole centimetres, so that 16-bit integers hold it.
+        cls.depth = np.round((3 + 0.05 * x + 0.2 * (HEIGHT - y)) * 100) / 100
+        u, v = (x + 0.5 - WIDTH / 2) / FOCAL, (y + 0.5 - HEIGHT / 2) / FOCAL
+        cls.ray = np.sqrt(1 + u * u + v * v)
+        writeImage(cls.folder / "z.exr", cls.depth, "float", ["Z"])
+
+    def picture(self, *arguments):
+        self.rain("shot.%04d.exr", "-o", "o.%04d.exr", *RAIN, *arguments)
+        return np.stack([readImage(self.folder / f"o.{frame:04d}.exr")[0] for frame in (1, 2)])
+
+    def same(self, expected, *arguments, within=2e-3):
+        with self.subTest(arguments=arguments):
+            np.testing.assert_allclose(self.picture(*arguments), expected, atol=within)
+
+    def write(self, name, values, kind="float", channels=None):
+        writeImage(self.folder / name, values, kind, channels)
+
+    def test_depth(self):
+        expected = self.picture("--depth", "z.exr")
+        self.assertGreater(np.abs(expected - self.picture("--fog-distance", "10")).max(), 0.05)
+        d = self.depth
+        self.write("ray.exr", d * self.ray, channels=["depth.Z"])
+        self.same(expected, "--depth", "ray.exr", "--depth-kind", "distance")
+        self.write("cm.png", d * 100 / 65535, "uint16")
+        self.same(expected, "--depth", "cm.png", "--depth-scale", "0.01")
+        self.write("offset.png", (d * 100 + 50) / 65535, "uint16")
+        self.same(expected, "--depth", "offset.png", "--depth-scale", "0.01", "--depth-offset", "-0.5")
+        self.write("inverse.exr", 1 / d)
+        self.same(expected, "--depth", "inverse.exr", "--depth-kind", "inverse")
+        self.same(expected, "--depth", "inverse.exr", "--depth-invert")
+        self.write("disparity.exr", 0.1 * FOCAL / d)
+        self.same(expected, "--depth", "disparity.exr", "--depth-kind", "disparity", "--depth-baseline", "0.1")
+        self.write("white_near.png", (50 - d) / 49, "uint16")
+        self.same(expected, "--depth", "white_near.png", "--depth-range", "50,1")
+        self.write("several.exr", np.dstack([d, d * 3]), channels=["wall.Z", "floor.Z"])
+        self.same(expected, "--depth", "several.exr", "--depth-channel", "wall.Z")
+        self.refused(3, ["several.exr", "floor.Z, wall.Z", "--depth-channel"], "rain", "shot.0001.exr", "-o", "p.exr", "--depth",
+                     "several.exr")
+        self.refused(3, ["several.exr", "no channel 'Y'", "wall.Z"], "rain", "shot.0001.exr", "-o", "p.exr", "--depth",
+                     "several.exr", "--depth-channel", "Y")
+
+    def test_depthMovies(self):
+        expected = self.picture("--depth", "z.exr")
+        codes = np.round(self.depth * 100).astype(np.uint16)
+        two = np.stack([codes, codes])
+        packed = np.stack([two >> 8, two & 255, np.zeros_like(two)], -1).astype(np.uint8)
+        for name, data, layout, codec in (("grey.mkv", two, "gray16le", "ffv1"), ("packed.mkv", packed, "rgb24", "ffv1"),
+                                          ("lossy.mkv", packed, "rgb24", "libx264")):
+            subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", layout, "-s", f"{WIDTH}x{HEIGHT}", "-i",
+                            "-", "-c:v", codec, *(["-pix_fmt", "yuv420p"] if codec == "libx264" else []), self.path(name)],
+                           input=data.tobytes(), check=True)
+        # A movie counts from 0, the sequence from 1.
+        for name, flags in (("grey.mkv", []), ("packed.mkv", ["--depth-packing", "rg"])):
+            self.rain("shot.%04d.exr", "-o", "o.%04d.exr", *RAIN[:-1], "1", "--depth", name, "--depth-scale", "0.01", *flags)
+            np.testing.assert_allclose(readImage(self.folder / "o.0001.exr")[0], expected[0], atol=2e-3)
+        self.refused(3, ["frame 2", "grey.mkv", "0-1"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", *RAIN[:-1], "2",
+                     "--depth", "grey.mkv")
+        self.refused(3, ["lossy.mkv", "yuv420p"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "lossy.mkv",
+                     "--depth-packing", "rg")
+
+    def test_flagsThatDoNotFit(self):
+        plate = ["rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "z.exr"]
+        self.refused(2, "--depth-baseline", *plate, "--depth-kind", "disparity")
+        self.refused(2, "--depth-range", *plate, "--depth-range", "5,5")
+        self.refused(2, "exclude", *plate, "--depth-kind", "distance", "--depth-invert")
+        self.refused(2, ["--depth-kind", "z, distance, inverse or disparity"], *plate, "--depth-kind", "far")
+
+    def test_cameras(self):
+        (self.folder / "a.chan").write_text("1 0 2 0 -5 30 0 40\n2 0.5 2 -1 -5 33 0 40\n")
+        expected = self.picture("--camera", "a.chan", "--ground", "2")
+
+        def rotation(rx, ry):
+            cx, sx, cy, sy = np.cos(np.radians(rx)), np.sin(np.radians(rx)), np.cos(np.radians(ry)), np.sin(np.radians(ry))
+            return np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]]) @ np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+        lines = []
+        for frame, place, angles in ((1, (0, 2, 0), (-5, 30)), (2, (0.5, 2, -1), (-5, 33))):
+            m = np.eye(4)
+            m[:3, :3], m[:3, 3] = rotation(*angles), place
+            lines.append(f"{frame} {' '.join(repr(float(v)) for v in m.reshape(-1))} 40")
+        (self.folder / "m.txt").write_text("\n".join(lines) + "\n")
+        self.same(expected, "--camera", "m.txt", "--ground", "2", within=1e-6)
+        (self.folder / "cm.chan").write_text("11 0 200 0 -5 30 0 40\n12 50 200 -100 -5 33 0 40\n")
+        self.same(expected, "--camera", "cm.chan", "--camera-scale", "0.01", "--camera-offset", "-10", "--ground", "2", within=1e-6)
+        self.refused(3, ["camera.abc", "Alembic"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--camera",
+                     "camera.abc")
+
+
+if __name__ == "__main__":
+    unittest.main()
