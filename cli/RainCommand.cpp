@@ -117,9 +117,10 @@ int rain(const RainArguments& arguments)
     const double frames = double(report.frames.size());
     log::info("'{}': {} frame{} in {:.1f} s ({:.1f} fps){}", job.output, report.frames.size(),
               report.frames.size() == 1 ? "" : "s", report.seconds, report.seconds > 0 ? frames / report.seconds : 0,
-              s.device.empty() ? ", nothing to render"
-                               : fmt::format(", {:.0f} strokes a frame, {:.1f} ms a frame rendering on {}",
-                                             double(s.strokes) / frames, 1e3 * s.renderSeconds / frames, s.device));
+              report.isStreamCopy ? ", copied as they are"
+              : s.device.empty()  ? ", nothing to render"
+                                  : fmt::format(", {:.0f} strokes a frame, {:.1f} ms a frame rendering on {}",
+                                                double(s.strokes) / frames, 1e3 * s.renderSeconds / frames, s.device));
     if (report.stopped) {
         log::warning("stopped on request after frame {}; what is written plays", report.frames.back());
         return exitCode(ErrorCode::Interrupted);

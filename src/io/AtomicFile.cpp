@@ -23,10 +23,11 @@ fs::path folderOf(const fs::path& path)
 
 }  // namespace
 
-AtomicFile::AtomicFile(std::string finalPath) : finalPath_(std::move(finalPath))
+AtomicFile::AtomicFile(std::string finalPath, const char* mark) : finalPath_(std::move(finalPath))
 {
     const fs::path path(finalPath_);
-    temporaryPath_ = (path.parent_path() / fmt::format(".{}.partial", path.filename().string())).string();
+    const std::string name = fmt::format(".{}.{}{}", path.stem().string(), mark, path.extension().string());
+    temporaryPath_ = (path.parent_path() / name).string();
 }
 
 AtomicFile::~AtomicFile()

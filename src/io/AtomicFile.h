@@ -5,11 +5,13 @@
 
 namespace virga::io {
 
-/// The file of `finalPath` while it is being made: `.NAME.partial` in the same folder, so that renaming is atomic.
-/// Unless commit() is called the destructor removes it.
+/// The file of `finalPath` while it is being made: for out.mp4 `.out.partial.mp4` in the same folder, so that renaming is
+/// atomic and that players know what they open if the program is killed. Unless commit() is called the destructor
+/// removes it.
 class AtomicFile {
 public:
-    explicit AtomicFile(std::string finalPath);
+    /// `mark`: the word in the temporary name, where one output needs several files.
+    explicit AtomicFile(std::string finalPath, const char* mark = "partial");
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
     AtomicFile& operator=(const AtomicFile&) = delete;

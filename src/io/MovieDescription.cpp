@@ -93,6 +93,10 @@ void describePixels(const MovieInput& input, const AVFrame* first, MovieDescript
     info.bitDepth = movie.format.bits;
     info.format = fmt::format("{} {}", avcodec_get_name(parameters.codec_id), pixelFormatName(movie.pixelFormat));
     info.scan = describeScan(input, first);
+    origin.fieldOrder = info.scan == Scan::TopFirst      ? AV_FIELD_TT
+                        : info.scan == Scan::BottomFirst ? AV_FIELD_BB
+                        : info.scan == Scan::Progressive ? AV_FIELD_PROGRESSIVE
+                                                         : AV_FIELD_UNKNOWN;
 
     origin.codecId = parameters.codec_id;
     origin.profile = parameters.profile;

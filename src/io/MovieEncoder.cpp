@@ -10,10 +10,12 @@ extern "C" {
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <sstream>
 
 #include "core/Error.h"
-#include "core/Log.h"
+#include "core/Words.h"
 #include "io/ColorConversion.h"
+#include "io/EncoderChoice.h"
 #include "io/Writers.h"
 
 namespace virga::io {
@@ -21,155 +23,6 @@ namespace virga::io {
 using namespace libav;
 
 namespace {
-
-/// Encoders worth naming to a user, best first.
-constexpr const char* usualEncoders[] = {
-    "libx264", "libx265", "prores_ks", "dnxhd",   "ffv1",  "libvpx-vp9", "libsvtav1", "libaom-av1", "mjpeg", "cfhd",
-    "mpeg4",   "utvideo", "huffyuv",   "ffvhuff", "qtrle", "mpeg2video", "rawvideo",  "libx264rgb", "png"};
-
-bool fits(const AVOutputFormat& container, const AVCodec& encoder)
-{
-    return avformat_query_codec(&container, encoder.id, FF_COMPLIANCE_NORMAL) == 1;
-}
-
-std::string encodersFor(const AVOutputFormat& container)
-{
-    std::vector<std::string> names;
-    for (const char* name : usualEncoders)
-        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name);
-            encoder != nullptr && fits(container, *encoder))
-            names.emplace_back(name);
-    return fmt::format("{}", fmt::join(names, ", "));
-}
-
-const AVCodec* chooseEncoder(const std::string& path, const AVOutputFormat& container, const MovieOrigin* origin,
-                             const WriteOptions& options)
-{
-    if (!options.codec.empty()) {
-        const AVCodec* encoder = avcodec_find_encoder_by_name(options.codec.c_str());
-        if (encoder == nullptr || encoder->type != AVMEDIA_TYPE_VIDEO)
-            throw Error(ErrorCode::InvalidArgument, "codec '{}' is not known; for {} there are {}", options.codec, path,
-                        encodersFor(container));
-        if (!fits(container, *encoder))
-            throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot be put into {}; there are {}", options.codec,
-                        path, encodersFor(container));
-        return encoder;
-    }
-    // A plate that was kept without loss, or for editing, goes on like that where the container can hold it.
-    std::vector<const char*> candidates;
-    switch (origin != nullptr ? AVCodecID(origin->codecId) : AV_CODEC_ID_NONE) {
-        case AV_CODEC_ID_PRORES: candidates = {"prores_ks"}; break;
-        case AV_CODEC_ID_DNXHD: candidates = {"dnxhd"}; break;
-        case AV_CODEC_ID_FFV1: candidates = {"ffv1"}; break;
-        case AV_CODEC_ID_HUFFYUV:
-        case AV_CODEC_ID_FFVHUFF: candidates = {"ffvhuff", "ffv1"}; break;
-        case AV_CODEC_ID_UTVIDEO: candidates = {"utvideo"}; break;
-        case AV_CODEC_ID_RAWVIDEO: candidates = {"rawvideo"}; break;
-        case AV_CODEC_ID_QTRLE: candidates = {"qtrle"}; break;
-        case AV_CODEC_ID_MJPEG: candidates = {"mjpeg"}; break;
-        case AV_CODEC_ID_HEVC: candidates = {"libx265"}; break;
-        default: break;
-    }
-    candidates.insert(candidates.end(), {"libx264", "libvpx-vp9"});
-    const bool isAvi = std::strcmp(container.name, "avi") == 0;
-    for (const char* name : candidates) {
-        // AVI takes H.264 by name only: it has no place for the order of pictures.
-        if (isAvi && std::strcmp(name, "libx264") == 0) continue;
-        if (const AVCodec* encoder = avcodec_find_encoder_by_name(name);
-            encoder != nullptr && fits(container, *encoder))
-            return encoder;
-    }
-    if (const AVCodec* encoder = avcodec_find_encoder(container.video_codec)) return encoder;
-    throw Error(ErrorCode::Output,
-                "{}: no encoder is there for {} files; name another kind of output, such as .mp4 or .mkv", path,
-                container.name);
-}
-
-bool is(const AVCodec& encoder, const char* name) { return std::strcmp(encoder.name, name) == 0; }
-
-/// The samples that the plate has, or what suits the encoder if the plate is images.
-PlanarFormat wantedFormat(const PlateInfo& plate, const MovieOrigin* origin, const AVCodec& encoder)
-{
-    using Family = PlanarFormat::Family;
-    PlanarFormat format;
-    if (origin != nullptr) {
-        format = *samplesOf(origin->pixelFormat);
-        // Turned by a quarter, 4:2:2 would share chroma between rows instead; 4:4:4 keeps all of it.
-        if (origin->isTurned && format.chromaShiftX != format.chromaShiftY)
-            format.chromaShiftX = format.chromaShiftY = 0;
-        return format;
-    }
-    format.hasAlpha = plate.hasAlpha;
-    if (is(encoder, "ffv1") || is(encoder, "utvideo") || is(encoder, "qtrle") || is(encoder, "png") ||
-        is(encoder, "libx264rgb") || is(encoder, "rawvideo") || is(encoder, "cfhd")) {
-        format.family = Family::Rgb;
-        format.bits = plate.isFloat ? 16 : plate.bitDepth;
-    } else if (is(encoder, "prores_ks") || is(encoder, "prores") || is(encoder, "dnxhd")) {
-        format.bits = 10;
-        format.chromaShiftX = plate.hasAlpha ? 0 : 1;
-    } else {
-        format.chromaShiftX = format.chromaShiftY = 1;  // what every player shows
-    }
-    return format;
-}
-
-/// The encoder's format that is nearest to the wanted one.
-int choosePixelFormat(const std::string& path, const AVCodec& encoder, PlanarFormat wanted, const PlateInfo& plate,
-                      int plateFormat)
-{
-    const bool evenOnly = is(encoder, "libx264") || is(encoder, "libx265");
-    const auto splitsEvenly = [&](const PlanarFormat& format) {
-        return plate.width % (1 << format.chromaShiftX) == 0 && plate.height % (1 << format.chromaShiftY) == 0;
-    };
-    if (evenOnly && !splitsEvenly(wanted)) {
-        wanted.chromaShiftX = wanted.chromaShiftY = 0;
-        log::info("{}: {} cannot share colour between pixels of a picture of {}x{}; written as 4:4:4", path,
-                  encoder.name, plate.width, plate.height);
-    }
-    const int wantedFormat = pixelFormatOf(wanted);
-    std::vector<AVPixelFormat> usable;
-    for (const AVPixelFormat* p = encoder.pix_fmts; p != nullptr && *p != AV_PIX_FMT_NONE; ++p) {
-        const auto format = samplesOf(*p);
-        if (format && (!evenOnly || splitsEvenly(*format))) usable.push_back(*p);
-    }
-    if (encoder.pix_fmts == nullptr) {
-        if (plateFormat != AV_PIX_FMT_NONE && samplesOf(plateFormat) == wanted) return plateFormat;
-        if (wantedFormat != AV_PIX_FMT_NONE) return wantedFormat;
-    }
-    if (usable.empty())
-        throw Error(ErrorCode::InvalidArgument, "codec '{}' takes none of the pixel formats that can be written",
-                    encoder.name);
-    // The plate's own layout, then planes, then any other with the same samples.
-    for (const AVPixelFormat p : usable)
-        if (p == plateFormat && samplesOf(p) == wanted) return p;
-    for (const AVPixelFormat p : usable)
-        if (isPlanar(p) && samplesOf(p) == wanted) return p;
-    for (const AVPixelFormat p : usable)
-        if (samplesOf(p) == wanted) return p;
-
-    // The nearest by what would be lost: colour first, then resolution of colour, bits and alpha; then by what is
-    // spent.
-    const auto cost = [&](AVPixelFormat p) {
-        const PlanarFormat format = *samplesOf(p);
-        double cost = 0;
-        if (format.family == PlanarFormat::Family::Grey && wanted.family != PlanarFormat::Family::Grey) cost += 1000;
-        if (wanted.hasAlpha && !format.hasAlpha) cost += 300;
-        cost += 100 * std::max(0, wanted.bits - format.bits) / 8.0 + std::max(0, format.bits - wanted.bits) / 8.0;
-        const int wantedShift = wanted.chromaShiftX + wanted.chromaShiftY,
-                  shift = format.chromaShiftX + format.chromaShiftY;
-        cost += 40 * std::max(0, shift - wantedShift) + 2 * std::max(0, wantedShift - shift);
-        if (format.family != wanted.family) cost += 20;
-        if (format.hasAlpha && !wanted.hasAlpha) cost += 3;
-        return cost;
-    };
-    const AVPixelFormat best =
-        *std::min_element(usable.begin(), usable.end(), [&](auto a, auto b) { return cost(a) < cost(b); });
-    log::info("{}: {} has no {}; written as {}", path, encoder.name,
-              wantedFormat == AV_PIX_FMT_NONE ? "such pixels" : pixelFormatName(wantedFormat), pixelFormatName(best));
-    if (wanted.hasAlpha && !samplesOf(best)->hasAlpha)
-        log::warning("{}: {} has no alpha; it is left out and the picture stands over black", path, encoder.name);
-    return best;
-}
 
 void setOption(AVCodecContext& codec, const char* name, const std::string& value)
 {
@@ -212,19 +65,92 @@ Clock clockFor(const std::string& path, const AVCodec& encoder, const MovieOrigi
     return clock;
 }
 
-/// Settings that make an intermediate: hardly to be told from the plate, at a speed that a render can live with.
-void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* origin, const PlanarFormat& format,
-          std::optional<double> quality)
+/// "qp=0,bf=2" as pairs. Throws Error(InvalidArgument) for what is no pair.
+std::vector<std::pair<std::string, std::string>> pairsOf(const std::string& text)
 {
+    std::vector<std::pair<std::string, std::string>> pairs;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        const std::size_t equals = word.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            throw Error(ErrorCode::InvalidArgument,
+                        "--codec-options '{}': must be name=value, several separated by commas, such as qp=0,bf=2",
+                        text);
+        pairs.emplace_back(word.substr(0, equals), word.substr(equals + 1));
+    }
+    return pairs;
+}
+
+bool hasAny(const std::vector<std::pair<std::string, std::string>>& pairs, std::initializer_list<const char*> names)
+{
+    return std::any_of(pairs.begin(), pairs.end(), [&](const auto& pair) {
+        return std::find(names.begin(), names.end(), pair.first) != names.end();
+    });
+}
+
+/// Names of the encoder's own options, for a sentence.
+std::vector<std::string> optionNames(const AVCodec& encoder)
+{
+    std::vector<std::string> names;
+    if (encoder.priv_class == nullptr) return names;
+    for (const AVOption* option = nullptr; (option = av_opt_next(&encoder.priv_class, option)) != nullptr;)
+        if (option->type != AV_OPT_TYPE_CONST) names.emplace_back(option->name);
+    return names;
+}
+
+/// What an option takes, for a sentence: its words, else its range.
+std::string valuesOf(const AVCodec& encoder, const AVOption& option)
+{
+    std::vector<std::string> words;
+    if (option.unit != nullptr && encoder.priv_class != nullptr)
+        for (const AVOption* other = nullptr; (other = av_opt_next(&encoder.priv_class, other)) != nullptr;)
+            if (other->type == AV_OPT_TYPE_CONST && other->unit != nullptr &&
+                std::strcmp(other->unit, option.unit) == 0)
+                words.emplace_back(other->name);
+    if (!words.empty()) return fmt::format("{}", fmt::join(words, ", "));
+    return option.max > option.min ? fmt::format("{:g} to {:g}", option.min, option.max) : "another kind of value";
+}
+
+void setAskedOption(AVCodecContext& codec, const AVCodec& encoder, const char* flag, const std::string& name,
+                    const std::string& value)
+{
+    const AVOption* option = av_opt_find(&codec, name.c_str(), nullptr, 0, AV_OPT_SEARCH_CHILDREN);
+    if (option == nullptr || option->type == AV_OPT_TYPE_CONST) {
+        const std::vector<std::string> names = optionNames(encoder);
+        const std::string nearest = nearestWord(name, names), all = fmt::format("{}", fmt::join(names, ", "));
+        throw Error(ErrorCode::InvalidArgument, "{} '{}': codec '{}' has no such option; {}", flag, name, encoder.name,
+                    names.empty()      ? "it has none of its own"
+                    : !nearest.empty() ? fmt::format("did you mean '{}'?", nearest)
+                    : all.size() <= 300
+                        ? "it has " + all
+                        : fmt::format("'ffmpeg -h encoder={}' lists its {}", encoder.name, names.size()));
+    }
+    if (av_opt_set(&codec, name.c_str(), value.c_str(), AV_OPT_SEARCH_CHILDREN) < 0)
+        throw Error(ErrorCode::InvalidArgument, "{} '{}={}': codec '{}' takes {}", flag, name, value, encoder.name,
+                    valuesOf(encoder, *option));
+}
+
+/// Settings that make an intermediate: hardly to be told from the plate, at a speed that a render can live with.
+/// ratesItself: the user's options say how many bits are spent.
+void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieSubject& subject, const PlanarFormat& format,
+          std::optional<double> quality, bool ratesItself)
+{
+    const auto is = [&](const char* name) { return isEncoder(encoder, name); };
     const auto fixedQuantiser = [&](double value) {
         codec.flags |= AV_CODEC_FLAG_QSCALE;
         codec.global_quality = int(std::lround(FF_QP2LAMBDA * value));
     };
-    if (is(encoder, "libx264") || is(encoder, "libx264rgb") || is(encoder, "libx265")) {
-        setOption(codec, "crf", fmt::format("{:g}", quality.value_or(17)));
+    const auto rateFactor = [&](double standard) {
+        if (!ratesItself || quality) setOption(codec, "crf", fmt::format("{:g}", quality.value_or(standard)));
+    };
+    const AVCodecDescriptor* descriptor = avcodec_descriptor_get(encoder.id);
+    // A group of pictures is what a killed render loses, and what a seek decodes: two seconds.
+    if (descriptor != nullptr && (descriptor->props & AV_CODEC_PROP_INTRA_ONLY) == 0)
+        codec.gop_size = std::max(1, int(std::lround(2 * av_q2d(codec.framerate))));
+    if (is("libx264") || is("libx264rgb") || is("libx265")) {
+        rateFactor(17);
         setOption(codec, "preset", "medium");
-        if (is(encoder, "libx265")) setOption(codec, "x265-params", "log-level=none");
-    } else if (is(encoder, "ffv1")) {
+    } else if (is("ffv1")) {
         codec.gop_size = 1;  // every picture alone, for seeking
         // Version 3 cuts the picture into slices, for threads, and must cut between whole chroma samples.
         const bool cutsEvenly =
@@ -234,37 +160,107 @@ void tune(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* orig
             codec.slices = 4;
             setOption(codec, "slicecrc", "1");
         }
-    } else if (is(encoder, "prores_ks")) {
+    } else if (is("prores_ks")) {
         const bool is4444 = format.chromaShiftX == 0;
+        const MovieOrigin* origin = subject.origin;
         const bool plateProfile = origin != nullptr && origin->codecId == AV_CODEC_ID_PRORES && origin->profile >= 0 &&
                                   (origin->profile >= FF_PROFILE_PRORES_4444) == is4444;
         codec.profile = plateProfile ? origin->profile : is4444 ? FF_PROFILE_PRORES_4444 : FF_PROFILE_PRORES_HQ;
         setOption(codec, "profile", std::to_string(codec.profile));
         setOption(codec, "vendor", "apl0");  // what editors look for
         if (quality) fixedQuantiser(*quality);
-    } else if (is(encoder, "dnxhd")) {
+    } else if (is("dnxhd")) {
         setOption(codec, "profile",
                   format.chromaShiftX == 0 ? "dnxhr_444"
                   : format.bits > 8        ? "dnxhr_hqx"
                                            : "dnxhr_hq");
-    } else if (is(encoder, "libvpx-vp9") || is(encoder, "libaom-av1") || is(encoder, "libsvtav1")) {
+    } else if (is("libvpx-vp9") || is("libaom-av1") || is("libsvtav1")) {
         codec.bit_rate = 0;
-        setOption(codec, "crf", fmt::format("{:g}", std::round(quality.value_or(20))));
-        if (is(encoder, "libvpx-vp9")) {
+        rateFactor(20);
+        if (is("libvpx-vp9")) {
             setOption(codec, "row-mt", "1");
             setOption(codec, "cpu-used", "4");
-        } else if (is(encoder, "libaom-av1")) {
+        } else if (is("libaom-av1")) {
             setOption(codec, "cpu-used", "6");
         }
-    } else if (is(encoder, "mjpeg") || is(encoder, "mpeg4") || is(encoder, "mpeg2video")) {
+    } else if (is("mjpeg") || is("mpeg4") || is("mpeg2video")) {
         codec.qmin = 1;
-        fixedQuantiser(quality.value_or(2));
+        if (!ratesItself || quality) fixedQuantiser(quality.value_or(2));
     } else if (quality) {
         if (av_opt_find(&codec, "crf", nullptr, 0, AV_OPT_SEARCH_CHILDREN) != nullptr)
-            setOption(codec, "crf", fmt::format("{:g}", *quality));
+            rateFactor(*quality);
         else
             fixedQuantiser(*quality);
     }
+}
+
+/// x265's and SVT-AV1's own parameters: what FFmpeg has no name for, then the user's, which win.
+void setLibraryParameters(AVCodecContext& codec, const AVCodec& encoder, const MovieSubject& subject,
+                          const std::string& asked)
+{
+    std::vector<std::string> parameters;
+    const bool isX265 = isEncoder(encoder, "libx265"), isSvt = isEncoder(encoder, "libsvtav1");
+    if (isX265) {
+        parameters = x265HdrParameters(subject.hdr);
+        parameters.insert(parameters.begin(), "log-level=none");
+        // ITU-T H.265 E.3.1 counts the places from 0, FFmpeg from 1.
+        if (codec.chroma_sample_location != AVCHROMA_LOC_UNSPECIFIED)
+            parameters.push_back(fmt::format("chromaloc={}", int(codec.chroma_sample_location) - 1));
+    } else if (isSvt) {
+        parameters = svtAv1HdrParameters(subject.hdr);
+    }
+    if (!asked.empty()) parameters.push_back(asked);
+    if (!parameters.empty())
+        setOption(codec, isX265 ? "x265-params" : "svtav1-params", fmt::format("{}", fmt::join(parameters, ":")));
+}
+
+/// Fields that go through as one picture are coded and tagged as fields, where the codec knows them.
+void setFields(AVCodecContext& codec, const AVCodec& encoder, const MovieOrigin* origin, MovieFormat& format)
+{
+    if (origin == nullptr || origin->isTurned) return;
+    const auto order = AVFieldOrder(origin->fieldOrder);
+    if (order == AV_FIELD_UNKNOWN) return;
+    codec.field_order = order;
+    if (order == AV_FIELD_PROGRESSIVE) return;
+    format.isInterlaced = true;
+    format.isTopFirst = order == AV_FIELD_TT || order == AV_FIELD_TB;
+    if (isEncoder(encoder, "libx264") || isEncoder(encoder, "prores_ks") || isEncoder(encoder, "mpeg4"))
+        codec.flags |= AV_CODEC_FLAG_INTERLACED_DCT;
+    if (isEncoder(encoder, "mpeg2video")) codec.flags |= AV_CODEC_FLAG_INTERLACED_DCT | AV_CODEC_FLAG_INTERLACED_ME;
+}
+
+void setAskedOptions(AVCodecContext& codec, const AVCodec& encoder, const MovieSubject& subject,
+                     const MovieOptions& options)
+{
+    if (!options.profile.empty()) {
+        const CodecProfile& profile = findProfile(encoder, options.profile);
+        codec.profile = profile.number;
+        if (av_opt_find(&codec, "profile", nullptr, 0, AV_OPT_SEARCH_CHILDREN) != nullptr)
+            setOption(codec, "profile", profile.name);
+    }
+    if (!options.preset.empty()) {
+        if (av_opt_find(codec.priv_data, "preset", nullptr, 0, 0) == nullptr)
+            throw Error(ErrorCode::InvalidArgument,
+                        "--preset '{}': codec '{}' has no presets; libx264, libx265 and libsvtav1 have", options.preset,
+                        encoder.name);
+        setAskedOption(codec, encoder, "--preset", "preset", options.preset);
+    }
+    std::string libraryParameters;
+    for (const auto& [name, value] : pairsOf(options.codecOptions)) {
+        setAskedOption(codec, encoder, "--codec-options", name, value);
+        if (name == "x265-params" || name == "svtav1-params") libraryParameters = value;
+    }
+    setLibraryParameters(codec, encoder, subject, libraryParameters);
+}
+
+/// What the user asked for beside the codec, for the sentence when the encoder refuses.
+std::string wishesOf(const MovieOptions& options)
+{
+    std::string text;
+    if (!options.profile.empty()) text += fmt::format(" with --profile {}", options.profile);
+    if (!options.preset.empty()) text += fmt::format(" with --preset {}", options.preset);
+    if (!options.codecOptions.empty()) text += fmt::format(" with --codec-options {}", options.codecOptions);
+    return text;
 }
 
 }  // namespace
@@ -276,12 +272,13 @@ Rational movieFrameRate(const PlateInfo& plate, const MovieOrigin* origin)
     return {rate.num, rate.den};
 }
 
-Codec openEncoder(const std::string& path, const AVFormatContext& output, const PlateInfo& plate,
-                  const MovieOrigin* origin, const WriteOptions& options, Rational timeBase, MovieFormat& format)
+Codec openEncoder(const std::string& path, const AVFormatContext& output, const MovieSubject& subject,
+                  const WriteOptions& options, Rational timeBase, MovieFormat& format)
 {
-    const AVCodec* encoder = chooseEncoder(path, *output.oformat, origin, options);
-    format.pixelFormat = choosePixelFormat(path, *encoder, wantedFormat(plate, origin, *encoder), plate,
-                                           origin != nullptr ? origin->pixelFormat : int(AV_PIX_FMT_NONE));
+    const PlateInfo& plate = subject.plate;
+    const MovieOrigin* origin = subject.origin;
+    const AVCodec* encoder = chooseEncoder(path, *output.oformat, plate, origin, options);
+    format.pixelFormat = choosePixelFormat(path, *output.oformat, *encoder, plate, origin, options);
     format.planar = *samplesOf(format.pixelFormat);
     format.colorspace = options.outputColorspace.empty() ? defaultOutputColorspace(plate, false)
                                                          : plate.colors->resolve(options.outputColorspace);
@@ -298,10 +295,12 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
         if (isYuv == wasYuv) isFullRange = origin->range == AVCOL_RANGE_JPEG;
     }
     if (tags.matrix == AVCOL_SPC_UNSPECIFIED) tags.matrix = guessedMatrix(plate.width, plate.height);
-    if (is(*encoder, "mjpeg")) {  // JFIF knows nothing else
+    if (isEncoder(*encoder, "mjpeg")) {  // JFIF knows nothing else
         isFullRange = true;
         tags.matrix = AVCOL_SPC_BT470BG;
     }
+    if (!options.movie.pixelFormat.empty() && isFullRangeName(av_get_pix_fmt(options.movie.pixelFormat.c_str())))
+        isFullRange = true;
     if (format.planar.family == PlanarFormat::Family::Rgb) tags.matrix = AVCOL_SPC_RGB;
     format.coding = yuvCoding(tags.matrix, isFullRange, path);
 
@@ -324,12 +323,17 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
     codec->thread_count = 0;
     codec->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;
     if ((output.oformat->flags & AVFMT_GLOBALHEADER) != 0) codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-    tune(*codec, *encoder, origin, format.planar, options.quality);
+    setFields(*codec, *encoder, origin, format);
+    const auto asked = pairsOf(options.movie.codecOptions);
+    tune(*codec, *encoder, subject, format.planar, options.quality,
+         hasAny(asked, {"qp", "crf", "b", "global_quality", "lossless"}));
+    setAskedOptions(*codec, *encoder, subject, options.movie);
 
     const int result = avcodec_open2(codec.get(), encoder, nullptr);
     if (result < 0)
-        throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot write {}x{} {} into {} ({})", encoder->name,
-                    plate.width, plate.height, pixelFormatName(format.pixelFormat), path, errorText(result));
+        throw Error(ErrorCode::InvalidArgument, "codec '{}' cannot write {}x{} {}{} into {} ({})", encoder->name,
+                    plate.width, plate.height, pixelFormatName(format.pixelFormat), wishesOf(options.movie), path,
+                    errorText(result));
     return codec;
 }
 

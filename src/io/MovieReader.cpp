@@ -83,6 +83,7 @@ private:
         deinterlacer_.emplace(input_.name(), movie_.pixelFormat, movie_.codedWidth, movie_.codedHeight,
                               movie_.info.scan);
         movie_.info.isDeinterlaced = true;
+        movie_.origin.fieldOrder = AV_FIELD_PROGRESSIVE;
     }
 
     /// As decoded, or made of its own and its neighbours' fields. At the ends, and beside a damaged picture, there is

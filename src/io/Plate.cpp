@@ -9,6 +9,7 @@
 #include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 #include "io/ImageFile.h"
+#include "io/MovieOutput.h"
 #include "io/PlateName.h"
 #include "io/Writers.h"
 
@@ -66,13 +67,17 @@ std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOption
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options)
 {
-    checkOutputFolder(path);
-    refuseTwoPatterns(path, ErrorCode::Output);
-    refuseWritingOverPlate(path, plate.info());
+    const bool isFile = path != standardOutput;
+    if (isFile) {
+        checkOutputFolder(path);
+        refuseTwoPatterns(path, ErrorCode::Output);
+        refuseWritingOverPlate(path, plate.info());
+    }
     if (!options.outputColorspace.empty()) plate.info().colors->resolve(options.outputColorspace);
     const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
     const MovieOrigin* origin = reader != nullptr ? reader->source().movie() : nullptr;
-    if (isMovieName(path)) return createMovieWriter(path, plate.info(), origin, options);
+    if (isMovieName(path) || (!options.movie.container.empty() && !isFramePattern(path)))
+        return createMovieWriter(path, plate.info(), origin, options);
     return createSequenceWriter(path, plate.info(), origin, options);
 }
 

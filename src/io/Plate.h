@@ -101,12 +101,22 @@ public:
 /// Error(Input).
 std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options);
 
+/// How a movie is encoded where neither its name nor the plate should decide. Empty: they do.
+struct MovieOptions {
+    std::string container;     ///< FFmpeg's name, or the end of a file's name: "matroska", "mkv"
+    std::string pixelFormat;   ///< FFmpeg's name: "yuv422p10le"
+    std::string profile;       ///< of the codec: "4444", "main10"
+    std::string preset;        ///< of the encoder: "slow", "8"
+    std::string codecOptions;  ///< FFmpeg's options of the encoder: "qp=0,bf=2"
+};
+
 struct WriteOptions {
     std::string outputColorspace;   ///< empty: the plate's own
     std::string codec;              ///< FFmpeg encoder name, or compression of EXR and TIFF; empty: as the plate
     std::optional<double> quality;  ///< CRF or quantiser of the codec; 1..100 for JPEG
     std::optional<bool> half;       ///< EXR channels as half, or as float; nothing: float if the plate is, else half
     bool layers = false;            ///< EXR: write RenderedFrame::layers beside the beauty
+    MovieOptions movie{};
 };
 
 /// One named image of a frame: channel c of `pixels` is written as "<name>.<channels[c]>".
@@ -145,6 +155,11 @@ public:
 /// `plate` gives sound, metadata, time stamps and defaults, and must outlive the writer.
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options);
+
+/// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged, with
+/// what createPlateWriter's would hold beside the pictures. Empty if it is done; else why it cannot be, and no file.
+/// Throws Error(Output) as createPlateWriter does.
+std::string copyMovie(const std::string& path, const PlateReader& plate, const std::string& container);
 
 /// An image file as it is: all channels, no colour conversion. For depth ("Z"), mattes, panoramas' raw values.
 struct RawImage {

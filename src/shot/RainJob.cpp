@@ -13,6 +13,7 @@
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
+#include "io/Writers.h"
 #include "shot/ContactSheet.h"
 #include "shot/FrameChoice.h"
 #include "shot/Parameters.h"
@@ -56,6 +57,20 @@ std::optional<bool> halfOf(const Settings& settings, const RainJobOptions& optio
     if (settings.floatOutput) return false;
     if (options.half) return true;
     return std::nullopt;
+}
+
+io::WriteOptions writeOptionsOf(const Settings& settings, const RainJobOptions& options)
+{
+    return {.outputColorspace = settings.outputColorspace,
+            .codec = settings.codec,
+            .quality = settings.quality,
+            .half = halfOf(settings, options),
+            .layers = options.layers,
+            .movie = {.container = settings.container,
+                      .pixelFormat = settings.pixelFormat,
+                      .profile = settings.profile,
+                      .preset = settings.preset,
+                      .codecOptions = settings.codecOptions}};
 }
 
 /// Files that the settings name are looked for before anything is rendered.
@@ -107,6 +122,17 @@ void checkPreview(const RainJobOptions& options)
         throw Error(ErrorCode::Output, "--preview '{}': is the output itself", options.preview);
 }
 
+/// Whether the result is the plate, in the same codec: nothing is done to any frame, and nobody asks for another form.
+bool isThePlate(const Settings& s, const RainJobOptions& options, const io::PlateInfo& plate,
+                const std::vector<FrameNumber>& frames)
+{
+    const bool asksForForm = !s.codec.empty() || s.quality || !s.pixelFormat.empty() || !s.profile.empty() ||
+                             !s.preset.empty() || !s.codecOptions.empty() || !s.outputColorspace.empty() || s.fps ||
+                             s.reencode || plate.isDeinterlaced || options.layers || !options.preview.empty();
+    return plate.isMovie && io::isMovieName(options.output) && !asksForForm && frames == plate.frames &&
+           planFrame(s, {}, false).isPassThrough();
+}
+
 double peakMemory_mb()
 {
     rusage usage{};
@@ -132,12 +158,22 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                     "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
                     frames.size());
     keepInputs(settings, options, frames);
-    const auto writer = io::createPlateWriter(options.output, *reader,
-                                              {.outputColorspace = settings.outputColorspace,
-                                               .codec = settings.codec,
-                                               .quality = settings.quality,
-                                               .half = halfOf(settings, options),
-                                               .layers = options.layers});
+    if (isThePlate(settings, options, plate, frames)) {
+        const Timer clock;
+        const std::string obstacle = io::copyMovie(options.output, *reader, settings.container);
+        if (obstacle.empty()) {
+            RainReport report;
+            report.plate = plate;
+            report.plan = planFrame(settings, {}, false);
+            report.frames = frames;
+            report.seconds = clock.seconds();
+            report.startSeconds = start.seconds() - report.seconds;
+            report.isStreamCopy = true;
+            return report;
+        }
+        log::detail("{}: the pictures are encoded anew: {}", options.output, obstacle);
+    }
+    const auto writer = io::createPlateWriter(options.output, *reader, writeOptionsOf(settings, options));
 
     const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
@@ -269,6 +305,7 @@ std::string reportJson(const RainReport& report, const Settings& settings)
           {"depth_resampled", s.depthResampled},
           {"frames", report.repairedFrames}}},
         {"stopped", report.stopped},
+        {"stream_copied", report.isStreamCopy},
         {"settings", settingsJson},
     };
     // A file name need not be UTF-8; JSON must.

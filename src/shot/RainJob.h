@@ -38,6 +38,7 @@ struct RainReport {
     double seconds = 0;                       ///< from the first read to the last write
     double startSeconds = 0;                  ///< from the command to the first read
     bool stopped = false;                     ///< by the user, after the frames listed
+    bool isStreamCopy = false;                ///< the plate's own packets, not encoded anew
 };
 
 /// Runs the job. progress is called after each frame on this thread; Stop finishes the file so that it plays.

@@ -89,6 +89,8 @@ struct Settings {
     bool floatOutput = false;
     std::string codec;
     AutoNumber quality;
+    std::string pixelFormat, profile, preset, codecOptions, container;
+    bool reencode = false;
     AutoNumber stream;  ///< whole
     bool deinterlace = false;
     std::string onError = "stop";

@@ -106,7 +106,7 @@ class CliTest(unittest.TestCase):
         return sentence
 
     def leftovers(self):
-        return [str(p) for p in self.folder.rglob("*.partial")]
+        return [str(p) for mark in ("partial", "finishing") for p in self.folder.rglob(f".*.{mark}*")]
 
     def start(self, *arguments):
         """virga in the background, for signals."""

@@ -319,8 +319,8 @@ TEST(BadOutput, AFullDiskIsSaid)
     test::makeMovie(folder / "in.mp4", "-c:v libx264 -pix_fmt yuv420p", 3);
     const auto reader = openPlate(folder / "in.mp4", {});
     // The temporary file is a way to a device that is always full.
-    fs::create_symlink("/dev/full", folder / ".out.mkv.partial");
-    fs::create_symlink("/dev/full", folder / ".out.0000.exr.partial");
+    fs::create_symlink("/dev/full", folder / ".out.partial.mkv");
+    fs::create_symlink("/dev/full", folder / ".out.0000.partial.exr");
     const auto renderTo = [&](const char* name) {
         const auto writer = createPlateWriter(folder / name, *reader, {});
         for (const FrameNumber n : reader->info().frames)

@@ -410,10 +410,10 @@ TEST(MovieOut, NothingIsLeftUnderTheNameUnlessItIsWhole)
             writer->write({n, std::move(frame->pixels), {}, frame->extras});
         }
         EXPECT_FALSE(fs::exists(folder / "out.mp4"));
-        EXPECT_TRUE(fs::exists(folder / ".out.mp4.partial"));
+        EXPECT_TRUE(fs::exists(folder / ".out.partial.mp4"));
     }
     EXPECT_FALSE(fs::exists(folder / "out.mp4"));
-    EXPECT_FALSE(fs::exists(folder / ".out.mp4.partial"));
+    EXPECT_FALSE(fs::exists(folder / ".out.partial.mp4"));
 }
 
 TEST(MovieOut, EncodersFollowThePlateAndTheContainer)

@@ -1,0 +1,247 @@
+#include "io/StreamCopy.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/mathematics.h>
+}
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <map>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "io/MovieMetadata.h"
+
+namespace virga::io {
+
+using namespace libav;
+
+namespace {
+
+const char* kindOf(const AVStream& stream)
+{
+    if ((stream.disposition & AV_DISPOSITION_ATTACHED_PIC) != 0) return "cover picture";
+    switch (stream.codecpar->codec_type) {
+        case AVMEDIA_TYPE_AUDIO: return "sound";
+        case AVMEDIA_TYPE_SUBTITLE: return "subtitles";
+        case AVMEDIA_TYPE_ATTACHMENT: return "attached file";
+        case AVMEDIA_TYPE_VIDEO: return "second video";
+        default: return "timed data";
+    }
+}
+
+std::string nameOf(const AVStream& stream)
+{
+    if (stream.codecpar->codec_id != AV_CODEC_ID_NONE) return avcodec_get_name(stream.codecpar->codec_id);
+    char tag[AV_FOURCC_MAX_STRING_SIZE] = {};
+    return stream.codecpar->codec_tag != 0 ? av_fourcc_make_string(tag, stream.codecpar->codec_tag)
+                                           : "of no known kind";
+}
+
+/// Tracks that say in their own way what the muxer writes anew: timecode, and the texts of chapters.
+bool isWrittenAnew(const AVFormatContext& input, const AVStream& stream)
+{
+    const std::uint32_t tag = stream.codecpar->codec_tag;
+    if (stream.codecpar->codec_type != AVMEDIA_TYPE_DATA) return false;
+    return tag == MKTAG('t', 'm', 'c', 'd') || (tag == MKTAG('t', 'e', 'x', 't') && input.nb_chapters > 0);
+}
+
+bool canHold(const MovieOutput& output, const AVStream& stream)
+{
+    const AVCodecParameters& p = *stream.codecpar;
+    switch (p.codec_type) {
+        case AVMEDIA_TYPE_ATTACHMENT: return output.is("matroska");
+        case AVMEDIA_TYPE_DATA:
+            // The one kind of data that these muxers know how to name.
+            if (output.isIsoMedia() || output.isMatroska())
+                return output.isIsoMedia() && p.codec_tag == MKTAG('g', 'p', 'm', 'd');
+            break;
+        case AVMEDIA_TYPE_AUDIO:
+            if (output.is("mxf") && (p.sample_rate != 48000 ||
+                                     (p.codec_id != AV_CODEC_ID_PCM_S16LE && p.codec_id != AV_CODEC_ID_PCM_S24LE)))
+                return false;  // SMPTE 382M, as far as the muxer goes
+            break;
+        case AVMEDIA_TYPE_SUBTITLE: break;
+        default: return false;
+    }
+    return p.codec_id != AV_CODEC_ID_NONE &&
+           avformat_query_codec(output.context().oformat, p.codec_id, FF_COMPLIANCE_NORMAL) != 0;
+}
+
+/// The name that the codec has in the plate's container where the new one knows it too, else the new one's own.
+std::uint32_t tagFor(const AVOutputFormat& container, const AVCodecParameters& parameters)
+{
+    if (container.codec_tag == nullptr) return 0;
+    return av_codec_get_id(container.codec_tag, parameters.codec_tag) == parameters.codec_id ? parameters.codec_tag : 0;
+}
+
+}  // namespace
+
+struct StreamCopy::State {
+    MovieOutput* output = nullptr;
+    Input input;
+    int videoIndex = -1;  // of the input; -1 if its pictures are not copied
+    AVRational videoTimeBase{0, 1};
+    std::map<int, int> outputStreams;  // by the stream's index in the input
+    std::int64_t zero = 0;
+    std::optional<std::int64_t> cutStart;
+    std::deque<Packet> waiting;  // read, but not due yet
+    bool isAtEnd = false;
+
+    bool isCopied(const AVPacket& packet) const
+    {
+        return outputStreams.contains(packet.stream_index) && timeOf(packet) != AV_NOPTS_VALUE;
+    }
+
+    static std::int64_t timeOf(const AVPacket& packet)
+    {
+        return packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
+    }
+
+    AVRational timeBaseOf(const AVPacket& packet) const { return input->streams[packet.stream_index]->time_base; }
+
+    /// The middle of a packet decides on which side of a cut it is.
+    bool isBefore(const AVPacket& packet, std::int64_t cut) const
+    {
+        return av_compare_ts(timeOf(packet) + packet.duration / 2, timeBaseOf(packet), cut, videoTimeBase) < 0;
+    }
+
+    /// The next packet into `waiting`; false at the end.
+    bool read()
+    {
+        while (!isAtEnd) {
+            Packet packet = makePacket();
+            if (av_read_frame(input.get(), packet.get()) < 0) {
+                isAtEnd = true;
+                break;
+            }
+            if (!isCopied(*packet)) continue;
+            const bool isPicture = packet->stream_index == videoIndex;
+            if (!isPicture && cutStart && isBefore(*packet, *cutStart)) continue;
+            waiting.push_back(std::move(packet));
+            return true;
+        }
+        return false;
+    }
+
+    void write(AVPacket& packet)
+    {
+        const AVRational timeBase = timeBaseOf(packet);
+        const int index = outputStreams.at(packet.stream_index);
+        const std::int64_t shift = av_rescale_q(zero, videoTimeBase, timeBase);
+        if (packet.pts != AV_NOPTS_VALUE) packet.pts -= shift;
+        if (packet.dts != AV_NOPTS_VALUE) packet.dts -= shift;
+        packet.pos = -1;
+        packet.stream_index = index;
+        av_packet_rescale_ts(&packet, timeBase, output->context().streams[index]->time_base);
+        output->write(packet);
+    }
+
+    /// Matroska has no times before zero but a delay of the codec's, which players leave out; FFmpeg's muxer moves the
+    /// packets by it.
+    void primeSound()
+    {
+        std::map<int, std::int64_t> first;  // of each sound stream
+        std::size_t sounds = 0;
+        for (const auto& [index, _] : outputStreams)
+            sounds += input->streams[index]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO ? 1 : 0;
+        constexpr std::size_t most = 1000;  // a stream that begins much later needs no delay
+        while (first.size() < sounds && waiting.size() < most && read()) {
+            const AVPacket& packet = *waiting.back();
+            if (input->streams[packet.stream_index]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO)
+                first.emplace(packet.stream_index, timeOf(packet));
+        }
+        for (const auto& [index, time] : first) {
+            const AVRational timeBase = input->streams[index]->time_base;
+            const std::int64_t early = av_rescale_q(zero, videoTimeBase, timeBase) - time;
+            AVCodecParameters& to = *output->context().streams[outputStreams.at(index)]->codecpar;
+            if (early > 0 && to.sample_rate > 0)
+                to.initial_padding =
+                    std::max(to.initial_padding, int(av_rescale_q(early, timeBase, {1, to.sample_rate})));
+        }
+    }
+};
+
+StreamCopy::StreamCopy(const MovieOrigin& origin, MovieOutput& output, Pictures pictures)
+    : state_(std::make_unique<State>())
+{
+    State& s = *state_;
+    s.output = &output;
+    s.videoTimeBase = {origin.timeBase.num, origin.timeBase.den};
+    s.input = openPlateMovie(origin.path);
+    if (!s.input) return;
+    for (unsigned i = 0; i < s.input->nb_streams; ++i) {
+        AVStream& from = *s.input->streams[i];
+        const bool isPicture = int(i) == origin.streamIndex;
+        const bool isHidden = from.discard == AVDISCARD_ALL;  // the demuxer's own helpers
+        from.discard = AVDISCARD_ALL;
+        if (isHidden || isWrittenAnew(*s.input, from) || (isPicture && pictures == Pictures::LeftOut)) continue;
+        if (!isPicture && !canHold(output, from)) {
+            log::warning("{}: the plate's {} ({}) cannot be kept in a {} file and is left out", output.name(),
+                         kindOf(from), nameOf(from), output.context().oformat->name);
+            continue;
+        }
+        AVStream* to = avformat_new_stream(&output.context(), nullptr);
+        if (to == nullptr || avcodec_parameters_copy(to->codecpar, from.codecpar) < 0) throw std::bad_alloc();
+        to->codecpar->codec_tag = tagFor(*output.context().oformat, *from.codecpar);
+        to->time_base = from.time_base;
+        to->disposition = from.disposition;
+        copyStreamMetadata(from, *to);
+        if (isPicture) {
+            s.videoIndex = int(i);
+            to->avg_frame_rate = from.avg_frame_rate;
+            to->r_frame_rate = from.r_frame_rate;
+            to->sample_aspect_ratio = from.sample_aspect_ratio;
+            copySideData(from, *to);
+        }
+        from.discard = AVDISCARD_DEFAULT;
+        s.outputStreams[int(i)] = to->index;
+    }
+}
+
+StreamCopy::~StreamCopy() = default;
+
+void StreamCopy::begin(std::int64_t zero, std::optional<std::int64_t> cutStart)
+{
+    state_->zero = zero;
+    state_->cutStart = cutStart;
+    if (state_->input && state_->output->isMatroska()) state_->primeSound();
+}
+
+void StreamCopy::copyAll() { copyUntil(std::numeric_limits<std::int64_t>::max()); }
+
+void StreamCopy::copyUntil(std::int64_t end)
+{
+    State& s = *state_;
+    while (!s.outputStreams.empty() && (!s.waiting.empty() || s.read())) {
+        AVPacket& packet = *s.waiting.front();
+        if (end != std::numeric_limits<std::int64_t>::max() && !s.isBefore(packet, end)) break;
+        s.write(packet);
+        s.waiting.pop_front();
+    }
+}
+
+void StreamCopy::copyWithPictures(std::optional<std::int64_t> end, const std::function<bool(std::int64_t)>& isWanted,
+                                  const std::function<void(std::int64_t)>& wrote, const std::function<bool()>& goesOn)
+{
+    State& s = *state_;
+    while (!s.waiting.empty() || s.read()) {
+        AVPacket& packet = *s.waiting.front();
+        if (packet.stream_index == s.videoIndex) {
+            const std::int64_t time = State::timeOf(packet);
+            if (isWanted(time)) {
+                if ((packet.flags & AV_PKT_FLAG_KEY) != 0 && !goesOn()) return;
+                s.write(packet);
+                wrote(time);
+            }
+        } else if (!end || s.isBefore(packet, *end)) {
+            s.write(packet);
+        }
+        s.waiting.pop_front();
+    }
+}
+
+}  // namespace virga::io
