@@ -177,7 +177,7 @@ TEST(Plan, NobodyReadsDepthForAGradeAlone)
 {
     Settings s;
     s.rate_mm_h = 0;
-    s.ground = "2";
+    s.ground = std::string("2");
     const FramePlan plan = planFrame(s, {}, true);
     EXPECT_EQ(on(plan), std::set<std::string>{"darken"});
     EXPECT_FALSE(plan.cameraMoves);
