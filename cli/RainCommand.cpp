@@ -152,6 +152,11 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
                    "write the layers rain, splash, fog and plate into the EXR, and rain.Z and rain.motion")
         ->group(group);
     command->add_flag("--half", a.half, "write EXR as 16-bit half float, whatever the plate is")->group(group);
+    command
+        ->add_flag(
+            "--resume", a.job.resume,
+            "frames of a sequence that are there, whole and made with the same settings from the same files, stay")
+        ->group(group);
     command->add_option("--preview", a.job.preview, "write a contact sheet before/after")
         ->type_name("PNG")
         ->group(group);

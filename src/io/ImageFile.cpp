@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <string_view>
 
@@ -168,18 +169,36 @@ ImageHeader headerOf(const ImageInput& input, const std::string& path)
     return header;
 }
 
+/// OpenImageIO reads a DPX that is cut off as if it were whole. Its header says how long it should be (SMPTE
+/// 268M, 4.1).
+void checkDpxSize(const std::string& path)
+{
+    std::array<unsigned char, 20> header{};
+    std::ifstream file(path, std::ios::binary);
+    if (!file.read(reinterpret_cast<char*>(header.data()), header.size())) return;
+    const bool isBigEndian = header[0] == 'S';
+    std::uint32_t promised = 0;
+    for (std::size_t i = 0; i < 4; ++i) promised = promised << 8 | header[16 + (isBigEndian ? i : 3 - i)];
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(path, error);
+    if (!error && promised != 0xffffffff && promised <= (1u << 31) && size < promised)
+        throw Error(ErrorCode::Input, "{}: is cut off: {} of {} bytes are there", path, size, promised);
+}
+
 /// Reads channels [first, last) of the data window and places them in the display window.
 ImageF readChannels(ImageInput& input, const ImageHeader& header, const std::string& path, int first, int last,
                     bool normalize)
 {
     const ImageSpec& spec = input.spec();
     const int count = last - first;
+    if (header.format == "dpx") checkDpxSize(path);
     // Half is converted here, so that every bit pattern survives; integers that are to stay as they are too.
     TypeDesc type = TypeDesc::FLOAT;
     if (spec.format == TypeDesc::HALF && spec.channelformats.empty()) type = TypeDesc::HALF;
     if (!normalize && !spec.format.is_floating_point()) type = spec.format;
     std::vector<std::byte> raw(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(count) * type.size());
-    if (!input.read_image(0, 0, first, last, type, raw.data()))
+    // A strip or scanline that is cut off may leave a message alone, with the pixels before it in its place.
+    if (!input.read_image(0, 0, first, last, type, raw.data()) || input.has_error())
         throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", path, firstLine(input.geterror()));
 
     ImageF image(header.width, header.height, count);

@@ -116,6 +116,8 @@ struct WriteOptions {
     std::optional<double> quality;  ///< CRF or quantiser of the codec; 1..100 for JPEG
     std::optional<bool> half;       ///< EXR channels as half, or as float; nothing: float if the plate is, else half
     bool layers = false;            ///< EXR: write RenderedFrame::layers beside the beauty
+    /// What an image's "Software" says; nothing: what the plate's says. EXR, PNG, TIFF, JPEG, DPX and Targa hold it.
+    std::function<std::string(FrameNumber)> software{};
     MovieOptions movie{};
 };
 
@@ -156,9 +158,9 @@ public:
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options);
 
-/// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged, with
-/// what createPlateWriter's would hold beside the pictures. Empty if it is done; else why it cannot be, and no file.
-/// Throws Error(Output) as createPlateWriter does.
+/// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged,
+/// with what createPlateWriter's would hold beside the pictures. Empty if it is done; else why it cannot be, and no
+/// file. Throws Error(Output) as createPlateWriter does.
 std::string copyMovie(const std::string& path, const PlateReader& plate, const std::string& container);
 
 /// An image file as it is: all channels, no colour conversion. For depth ("Z"), mattes, panoramas' raw values.
@@ -182,6 +184,11 @@ void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector
               const char* compression = "zip");
 /// Scene-linear RGB(A) -> 8-bit sRGB PNG, atomically. Values outside 0..1 are clipped. Throws Error(Output).
 void writePng(const std::string& path, ConstImageViewF linear);
+
+/// What the file's "Software" says, if all of its pixels can be read; else, and if there is no file, empty.
+std::string wholeImageSoftware(const std::string& path);
+/// Whether files of this name keep it.
+bool keepsSoftware(const std::string& path);
 
 /// Names of one frame's file when `pattern` has %04d, #### , @ or $F4; `pattern` itself if it has none.
 std::string framePath(const std::string& pattern, FrameNumber number);

@@ -1,5 +1,9 @@
 // Single images outside of any plate: depth, mattes, panoramas, previews.
 
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
 #include "core/Error.h"
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
@@ -18,6 +22,26 @@ RawImage readRawImage(const std::string& path)
     image.bitDepth = header.bitDepth;
     image.isDisplayReferred = !header.isFloat && header.colorClaims.front().colorspace == "sRGB";
     return image;
+}
+
+std::string wholeImageSoftware(const std::string& path)
+{
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) return "";
+    try {
+        ImageHeader header;
+        readAllChannels(path, header, false);
+        for (const Attribute& attribute : header.attributes)
+            if (attribute.name == "Software" && attribute.strings.size() == 1) return attribute.strings[0];
+    } catch (const Error&) {  // cut off, or no image at all
+    }
+    return "";
+}
+
+bool keepsSoftware(const std::string& path)
+{
+    static constexpr std::string_view formats[] = {"openexr", "png", "tiff", "jpeg", "dpx", "targa"};
+    return std::find(std::begin(formats), std::end(formats), imageFormatOf(path)) != std::end(formats);
 }
 
 ImageF readLinearImage(const std::string& path, const std::string& colorspace, const std::string& ocio,

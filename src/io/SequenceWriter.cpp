@@ -28,7 +28,7 @@ public:
     SequenceWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
                    const WriteOptions& options)
         : pattern_(path), plate_(plate), format_(imageFormatOf(path)), isPattern_(isFramePattern(path)),
-          withLayers_(options.layers)
+          withLayers_(options.layers), software_(options.software)
     {
         if (options.layers && format_ != "openexr")
             throw Error(ErrorCode::InvalidArgument, "{}: only EXR files hold layers; name the output .exr", path);
@@ -175,6 +175,10 @@ private:
         image.pixelAspect = plate_.pixelAspect;
         image.fps = isPattern_ ? plate_.fps : 0;
         image.attributes = attributesFor(frame);
+        if (software_) {
+            std::erase_if(image.attributes, [](const Attribute& a) { return a.name == "Software"; });
+            image.attributes.push_back({"Software", "string", {}, {software_(frame.number)}});
+        }
 
         convert(frame.beauty, image.isStraight);
         for (int c = 0; c < (writesAlpha_ ? 4 : 3); ++c) image.channels.push_back({rgba[c], samples_, frame.beauty, c});
@@ -207,6 +211,7 @@ private:
     std::string format_;
     bool isPattern_;
     bool withLayers_;
+    std::function<std::string(FrameNumber)> software_;
     bool writesAlpha_ = false;
     SampleType samples_ = SampleType::UInt8;
     int bits_ = 0;

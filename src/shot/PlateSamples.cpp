@@ -66,29 +66,49 @@ double medianOf(std::vector<double>& values)
 
 }  // namespace
 
+namespace {
+
+/// Places in the plate's list of frames.
+struct Places {
+    std::set<std::size_t> lit, graded, all;
+
+    Places(std::size_t frames, const Settings& settings, bool light)
+    {
+        const auto spread = [&](std::size_t count) {
+            std::set<std::size_t> places;
+            for (std::size_t i = 0; i < count; ++i)
+                places.insert(count == 1 ? frames / 2 : i * (frames - 1) / (count - 1));
+            return places;
+        };
+        if (light && settings.env.empty() && settings.envFrames > 0) lit = spread(std::size_t(settings.envFrames));
+        if (!settings.gradeFrom.empty()) graded = spread(3);
+        all = lit;
+        all.insert(graded.begin(), graded.end());
+    }
+};
+
+}  // namespace
+
+std::vector<FrameNumber> sampledFrames(const io::PlateInfo& plate, const Settings& settings)
+{
+    std::vector<FrameNumber> frames;
+    for (const std::size_t place : Places(plate.frames.size(), settings, true).all)
+        frames.push_back(plate.frames[place]);
+    return frames;
+}
+
 PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light)
 {
     const std::vector<FrameNumber>& frames = reader.info().frames;
-    const auto spread = [&](std::size_t count) {
-        std::set<std::size_t> places;
-        for (std::size_t i = 0; i < count; ++i)
-            places.insert(count == 1 ? frames.size() / 2 : i * (frames.size() - 1) / (count - 1));
-        return places;
-    };
-    const bool forLight = light && settings.env.empty() && settings.envFrames > 0;
-    const std::set<std::size_t> lit = forLight ? spread(std::size_t(settings.envFrames)) : std::set<std::size_t>();
-    const std::set<std::size_t> graded = settings.gradeFrom.empty() ? std::set<std::size_t>() : spread(3);
-
-    std::set<std::size_t> all = lit;
-    all.insert(graded.begin(), graded.end());
+    const Places places(frames.size(), settings, light);
     PlateSamples samples;
-    for (const std::size_t place : all) {
+    for (const std::size_t place : places.all) {
         try {
             std::optional<io::PlateFrame> frame = reader.read(frames[place]);
             if (!frame || !frame->repaired.empty()) continue;
-            if (lit.contains(place))
+            if (places.lit.contains(place))
                 samples.forLight.push_back({frames[place], averagedDown(frame->pixels, lightColumns)});
-            if (graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
+            if (places.graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
         } catch (const Error& error) {  // named again if it is to be rendered
             log::detail("left out of the plate's light and grade: {}", error.what());
         }

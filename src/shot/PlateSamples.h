@@ -23,6 +23,9 @@ struct PlateSamples {
 /// Reads what the settings ask for: light without `--env`, colour transfer. Frames that cannot be read are left out.
 PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light);
 
+/// The frames that samplePlate would read if there is light to be made.
+std::vector<FrameNumber> sampledFrames(const io::PlateInfo& plate, const Settings& settings);
+
 /// Whether the frames show one scene in one light from one place: people may walk through, but no camera that turns or
 /// travels, no cut and no dusk. 48 columns of luminance are compared; `why` says what is not so.
 bool isSteady(const std::vector<PlateSamples::Frame>& frames, std::string& why);

@@ -17,6 +17,7 @@
 #include "shot/ContactSheet.h"
 #include "shot/FrameChoice.h"
 #include "shot/Parameters.h"
+#include "shot/Resume.h"
 
 namespace virga::shot {
 namespace {
@@ -133,6 +134,22 @@ bool isThePlate(const Settings& s, const RainJobOptions& options, const io::Plat
            planFrame(s, {}, false).isPassThrough();
 }
 
+/// For --resume.
+std::vector<FrameNumber> framesLeft(const std::string& output, const std::vector<FrameNumber>& frames,
+                                    const FrameFingerprints& fingerprints)
+{
+    if (!io::isFramePattern(output))
+        throw Error(ErrorCode::InvalidArgument,
+                    "--resume: the output '{}' is one file; frames that are there can be kept in a sequence alone",
+                    output);
+    if (!io::keepsSoftware(output))
+        throw Error(
+            ErrorCode::InvalidArgument,
+            "--resume: files such as '{}' do not hold what they were made of; EXR, PNG, TIFF, JPEG, DPX and Targa do",
+            output);
+    return framesToMake(frames, output, fingerprints);
+}
+
 double peakMemory_mb()
 {
     rusage usage{};
@@ -150,7 +167,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     const io::OnError onError = onErrorOf(settings);
     const auto reader = io::openPlate(options.plate, readOptionsOf(settings, onError));
     const io::PlateInfo& plate = reader->info();
-    const std::vector<FrameNumber> frames = chooseFrames(options.frames, plate, onError);
+    std::vector<FrameNumber> frames = chooseFrames(options.frames, plate, onError);
     if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
         log::warning("frames are rendered in the order given, {}", options.frames);
     if (frames.size() > 1 && io::isImageName(options.output) && !io::isFramePattern(options.output))
@@ -173,7 +190,24 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         }
         log::detail("{}: the pictures are encoded anew: {}", options.output, obstacle);
     }
-    const auto writer = io::createPlateWriter(options.output, *reader, writeOptionsOf(settings, options));
+    const FrameFingerprints fingerprints(settings, plate, options.layers, options.half);
+    io::WriteOptions writeOptions = writeOptionsOf(settings, options);
+    writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
+    const auto writer = io::createPlateWriter(options.output, *reader, writeOptions);
+    RainReport report;
+    if (options.resume) {
+        const std::size_t all = frames.size();
+        frames = framesLeft(options.output, frames, fingerprints);
+        report.keptFrames = all - frames.size();
+        if (report.keptFrames > 0)
+            log::info("'{}': {} of {} frames are there, made of the same, and stay", options.output, report.keptFrames,
+                      all);
+        if (frames.empty()) {
+            report.plate = plate;
+            report.plan = planFrame(settings, {.layers = options.layers}, false);
+            return report;
+        }
+    }
 
     const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
@@ -183,7 +217,6 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         samplePlate(*reader, settings, isLit));
     checkFiles(settings, compositor.plan(), frames, onError);
 
-    RainReport report;
     report.plate = plate;
     report.plan = compositor.plan();
     report.startSeconds = start.seconds();
@@ -306,6 +339,7 @@ std::string reportJson(const RainReport& report, const Settings& settings)
           {"frames", report.repairedFrames}}},
         {"stopped", report.stopped},
         {"stream_copied", report.isStreamCopy},
+        {"kept_frames", report.keptFrames},
         {"settings", settingsJson},
     };
     // A file name need not be UTF-8; JSON must.

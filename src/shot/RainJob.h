@@ -16,6 +16,7 @@ struct RainJobOptions {
     std::string frames;  ///< frame range; empty: all
     bool layers = false;
     bool half = false;    ///< EXR as half even if the plate is float
+    bool resume = false;  ///< frames of a sequence that are there, whole and made of the same, stay (shot/Resume.h)
     std::string preview;  ///< contact sheet, PNG; empty: none
     std::string device = "auto";
     std::string shaderFolder;
@@ -38,6 +39,7 @@ struct RainReport {
     double seconds = 0;                       ///< from the first read to the last write
     double startSeconds = 0;                  ///< from the command to the first read
     bool stopped = false;                     ///< by the user, after the frames listed
+    std::size_t keptFrames = 0;               ///< by RainJobOptions::resume
     bool isStreamCopy = false;                ///< the plate's own packets, not encoded anew
 };
 

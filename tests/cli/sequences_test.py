@@ -80,5 +80,69 @@ class Sequences(CliTest):
         self.refused(3, ["none", "without images"], "rain", "none", "-o", "out/o.%04d.exr")
 
 
+class Resume(CliTest):
+    @classmethod
+    def makePlates(cls):
+        for frame in range(1, 6):
+            writeImage(cls.folder / f"p.{frame:04d}.exr", street(64, 36, seed=frame), "half")
+        writeImage(cls.folder / "z.exr", np.full((36, 64, 1), 20, np.float32), "float", ["Z"])
+
+    def setUp(self):
+        for path in self.folder.glob("o.*"):
+            path.unlink()
+
+    def render(self, *arguments, output="o.%04d.exr"):
+        return self.rain("p.%04d.exr", "-o", output, "--rate", "50", *arguments)
+
+    def stamps(self):
+        return {path.name: path.stat().st_mtime_ns for path in sorted(self.folder.glob("o.*"))}
+
+    def test_whatIsThereStays(self):
+        self.render("--frames", "1-3")
+        before, once = self.stamps(), bits(self.folder / "o.0002.exr")
+        report = self.render("--resume")
+        self.assertEqual((report["kept_frames"], report["frames"], report["frame_range"]), (3, 2, "4-5"))
+        self.assertEqual({n: t for n, t in self.stamps().items() if n in before}, before)
+        # All at once is the same picture.
+        after = bits(self.folder / "o.0005.exr")
+        self.render()
+        for frame, words in ((2, once), (5, after)):
+            np.testing.assert_array_equal(bits(self.folder / f"o.{frame:04d}.exr")[2], words[2])
+        report = self.render("--resume")
+        self.assertEqual((report["kept_frames"], report["frames"]), (5, 0))
+
+    def test_otherSettingsOrFiles(self):
+        self.render("--depth", "z.exr")
+        for flags in (["--seed", "2"], ["--wind", "1,0"], ["--float"], ["--layers"], ["--codec", "piz"]):
+            with self.subTest(flags=flags):
+                self.assertEqual(self.render("--depth", "z.exr", "--resume", *flags)["kept_frames"], 0)
+                self.render("--depth", "z.exr")
+        self.assertEqual(self.render("--depth", "z.exr", "--resume", "--on-error", "hold")["kept_frames"], 5)
+        time.sleep(0.01)
+        writeImage(self.folder / "z.exr", np.full((36, 64, 1), 21, np.float32), "float", ["Z"])
+        self.assertEqual(self.render("--depth", "z.exr", "--resume")["kept_frames"], 0)
+        # Frame 2 is none of those that the light is made from with --env-frames 1, which is the middle one.
+        self.render("--env-frames", "1")
+        time.sleep(0.01)
+        writeImage(self.folder / "p.0002.exr", street(64, 36, seed=2), "half")
+        self.assertEqual(self.render("--env-frames", "1", "--resume")["frame_range"], "2")
+        writeImage(self.folder / "p.0003.exr", street(64, 36, seed=3), "half")
+        self.assertEqual(self.render("--env-frames", "1", "--resume")["kept_frames"], 0)
+
+    def test_halfAFile(self):
+        for name in ("o.%04d.exr", "o.%04d.png", "o.%04d.tif", "o.%04d.dpx"):
+            with self.subTest(name=name):
+                self.render(output=name)
+                broken = self.folder / (name % 3)
+                broken.write_bytes(broken.read_bytes()[:-400])
+                report = self.render("--resume", output=name)
+                self.assertEqual(report["frame_range"], "3")
+                self.assertEqual(self.render("--resume", output=name)["kept_frames"], 5)
+
+    def test_whereNothingCanBeKept(self):
+        self.refused(2, ["--resume", "out.mkv"], "rain", "--quiet", "p.%04d.exr", "-o", "out.mkv", "--resume")
+        self.refused(2, ["--resume", "o.%04d.webp", "EXR"], "rain", "--quiet", "p.%04d.exr", "-o", "o.%04d.webp", "--resume")
+
+
 if __name__ == "__main__":
     unittest.main()

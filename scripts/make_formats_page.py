@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""docs/formats.md from what the tests of movies found:
+    scripts/make_formats_page.py [--virga build/test/bin/virga]
+Runs tests/cli/movie_in_test.py and movie_out_test.py, whose rows are equal to ffmpeg's decode or the tests fail."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+
+root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+HEAD = """# Formats
+
+Made by `scripts/make_formats_page.py` from `tests/cli/movie_in_test.py` and `movie_out_test.py`, which make each clip with ffmpeg. Do not edit.
+
+## Movies in
+
+The codes are those of ffmpeg's own decode, bit for bit, in every row; frames asked for by number, out of order, are the frames that come in order.
+
+"""
+OUT = """
+## Movies through, without loss
+
+The plate's codes come back bit for bit, in both ranges for YCbCr, with the codes outside of the legal range among them. Where nothing is done to any
+frame and no other form is asked for, the packets themselves are copied, in all containers that hold the codec.
+
+"""
+LOSSY = """
+## Movies out, with loss
+
+Plays, with all its frames, in the size and pixel format shown.
+
+"""
+TAIL = """
+## What is not promised
+
+- **Damage**: what a codec can tell is told (`--on-error`). FFmpeg shows most random damage in HEVC, VP9, AV1, ProRes and MJPEG without a word, and so does
+  Virga; FFV1 with checksums and MPEG-2 are told from the first wrong bit on nearly always.
+- **Pipes in** are spooled into a file first ($TMPDIR), as frames are asked for by number. **Pipes out** take containers that need no way back.
+- **Killed**: MP4 and MOV are written as fragments under `.NAME.partial.mp4` and rewritten when whole; Matroska, MPEG-TS, AVI and NUT play as far as they go;
+  MXF does not.
+- **Two processes** that write one output disturb each other.
+- **Memory**: two to eight frames are read ahead (400 MB at most, two frames at least), two wait to be encoded, and one per core, eight at most, to be
+  written as images.
+"""
+
+
+def table(rows, direction):
+    found = defaultdict(set)
+    for row in rows:
+        if row["direction"] == direction:
+            found[row["codec"], row["container"]].add(row["pixel_format"])
+    lines = ["| codec | container | pixel formats |", "|---|---|---|"]
+    for (codec, container), formats in sorted(found.items()):
+        lines.append(f"| {codec} | {container} | {', '.join(sorted(formats))} |")
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--virga", default=f"{root}/build/test/bin/virga")
+    virga = os.path.abspath(parser.parse_args().virga)
+    rows = []
+    with tempfile.TemporaryDirectory() as work:
+        found = f"{work}/rows.jsonl"
+        for test in ("movie_in_test.py", "movie_out_test.py"):
+            done = subprocess.run([sys.executable, "-B", f"{root}/tests/cli/{test}"], capture_output=True, text=True,
+                                  env={**os.environ, "VIRGA": virga, "VIRGA_FORMATS_OUT": found})
+            if done.returncode != 0:
+                raise SystemExit(done.stderr)
+        with open(found) as file:
+            rows = [json.loads(line) for line in file]
+    matrices = [row for row in rows if row["direction"] == "matrix"]
+    with open(f"{root}/docs/formats.md", "w") as page:
+        page.write(HEAD + table(rows, "in"))
+        page.write(f"\nBT.601, 709 and 2020, limited and full range, 8, 10 and 16 bits: R'G'B' is the standards' formula to "
+                   f"{max(row['max_error'] for row in matrices):.0e} ({len(matrices)} cases).\n")
+        page.write(OUT + table(rows, "through") + LOSSY + table(rows, "out") + TAIL)
+
+
+if __name__ == "__main__":
+    main()
