@@ -71,7 +71,7 @@ def main():
             clip = f"{work}/clip.{container}"
             run(ffmpeg + ["-i", source] + make + [clip])
             compare(name, ffmpeg + ["-i", clip] + again + [f"{work}/theirs.{container}"],
-                    [o.virga, "rain", clip, "-o", f"{work}/ours.{container}"] + OFF + flags, o.frames, o.laps)
+                    [o.virga, "rain", clip, "-o", f"{work}/ours.{container}", "--reencode"] + OFF + flags, o.frames, o.laps)
         few = min(o.frames, 12)
         for name, how in IMAGES:
             if o.only not in name:

@@ -192,6 +192,7 @@ Runner addExtractCommand(CLI::App& app, CLI::App*& command)
     add("--fps", job.fps, "frames a second (default the footage's)", "1/s");
     add("--stream", job.stream, "which of a movie's video streams, counted from 0 (virga info FOOTAGE lists them)",
         "N");
+    add("--layer", job.layer, "layer of EXR footage: diffuse for diffuse.R, .G and .B", "NAME");
     flag("--deinterlace", job.deinterlace, "make frames of interlaced pictures");
     add("--on-error", job.onError, "what to do with a frame that cannot be read (default stop)", "stop|skip|hold");
     group = "Model";

@@ -244,22 +244,88 @@ struct RgbaChannels {
     int red = 0, green = 0, blue = 0, alpha = -1;
 };
 
-RgbaChannels rgbaChannels(const ImageSpec& spec)
+int channelNamed(const ImageSpec& spec, const std::string& name)
 {
-    const auto named = [&](const char* name) {
-        const auto found = std::find_if(spec.channelnames.begin(), spec.channelnames.end(),
-                                        [&](const std::string& n) { return OIIO::Strutil::iequals(n, name); });
-        return found == spec.channelnames.end() ? -1 : int(found - spec.channelnames.begin());
-    };
-    RgbaChannels channels{named("R"), named("G"), named("B"), spec.alpha_channel};
-    if (channels.red >= 0 && channels.green >= 0 && channels.blue >= 0) return channels;
-    const int colors = spec.nchannels - (channels.alpha >= 0 ? 1 : 0);
-    const int luminance = named("Y");
-    if (luminance >= 0 || colors < 3) {
-        const int grey = luminance >= 0 ? luminance : channels.alpha == 0 && spec.nchannels > 1 ? 1 : 0;
-        return {grey, grey, grey, channels.alpha == grey ? -1 : channels.alpha};
+    const auto found = std::find_if(spec.channelnames.begin(), spec.channelnames.end(),
+                                    [&](const std::string& n) { return OIIO::Strutil::iequals(n, name); });
+    return found == spec.channelnames.end() ? -1 : int(found - spec.channelnames.begin());
+}
+
+RgbaChannels channelsOfLayer(const ImageSpec& spec, const std::string& layer)
+{
+    return {channelNamed(spec, layer + ".R"), channelNamed(spec, layer + ".G"), channelNamed(spec, layer + ".B"),
+            channelNamed(spec, layer + ".A")};
+}
+
+/// What stands before ".R" where ".G" and ".B" are there too, in the order of the file.
+std::vector<std::string> layersOf(const ImageSpec& spec)
+{
+    std::vector<std::string> layers;
+    for (const std::string& name : spec.channelnames) {
+        if (name.size() < 3 || !OIIO::Strutil::iends_with(name, ".R")) continue;
+        const std::string layer = name.substr(0, name.size() - 2);
+        const RgbaChannels c = channelsOfLayer(spec, layer);
+        if (c.green >= 0 && c.blue >= 0) layers.push_back(layer);
     }
-    return {0, 1, 2, channels.alpha > 2 ? channels.alpha : -1};
+    return layers;
+}
+
+/// `layer`: its name; empty: R, G, B without one, else the only layer, else the one that programs give the whole
+/// picture. Throws Error(Input) listing what there is.
+RgbaChannels rgbaChannels(const ImageSpec& spec, const std::string& path, const std::string& layer)
+{
+    const std::vector<std::string> layers = layersOf(spec);
+    if (!layer.empty()) {
+        const RgbaChannels c = channelsOfLayer(spec, layer);
+        if (c.red < 0 || c.green < 0 || c.blue < 0)
+            throw Error(ErrorCode::Input, "{}: has no layer '{}'; {}", path, layer,
+                        layers.empty() ? "it has none" : fmt::format("there are {}", fmt::join(layers, ", ")));
+        return c;
+    }
+    const RgbaChannels plain{channelNamed(spec, "R"), channelNamed(spec, "G"), channelNamed(spec, "B"),
+                             spec.alpha_channel};
+    if (plain.red >= 0 && plain.green >= 0 && plain.blue >= 0) return plain;
+    if (layers.size() == 1) return channelsOfLayer(spec, layers[0]);
+    if (!layers.empty()) {
+        std::vector<std::string> whole;
+        for (const std::string& name : layers)
+            for (const char* usual : {"rgba", "combined", "beauty"})
+                if (OIIO::Strutil::iequals(name.substr(name.rfind('.') + 1), usual)) whole.push_back(name);
+        if (whole.size() == 1) return channelsOfLayer(spec, whole[0]);
+        throw Error(ErrorCode::Input, "{}: holds the layers {}; choose with --layer", path, fmt::join(layers, ", "));
+    }
+    const int colors = spec.nchannels - (spec.alpha_channel >= 0 ? 1 : 0);
+    const int luminance = channelNamed(spec, "Y");
+    if (luminance >= 0 || colors < 3) {
+        const int grey = luminance >= 0 ? luminance : spec.alpha_channel == 0 && spec.nchannels > 1 ? 1 : 0;
+        return {grey, grey, grey, spec.alpha_channel == grey ? -1 : spec.alpha_channel};
+    }
+    // Formats without names for their channels have colours first.
+    const std::string& first = spec.channelnames[0];
+    if (first != "R" && !OIIO::Strutil::istarts_with(first, "channel"))
+        throw Error(ErrorCode::Input, "{}: holds no colours, but {}", path, fmt::join(spec.channelnames, ", "));
+    return {0, 1, 2, spec.alpha_channel > 2 ? spec.alpha_channel : -1};
+}
+
+/// What of the file is not read, a sentence each.
+std::vector<std::string> leftOutOf(ImageInput& input, const std::string& path, const RgbaChannels& c)
+{
+    std::vector<std::string> said, others;
+    const ImageSpec& spec = input.spec();
+    for (int i = 0; i < spec.nchannels; ++i)
+        if (i != c.red && i != c.green && i != c.blue && i != c.alpha)
+            others.push_back(spec.channelnames[std::size_t(i)]);
+    if (!others.empty())
+        said.push_back(fmt::format("{}: these channels are not in the result: {}", path, fmt::join(others, ", ")));
+    if (spec.x < spec.full_x || spec.y < spec.full_y || spec.x + spec.width > spec.full_x + spec.full_width ||
+        spec.y + spec.height > spec.full_y + spec.full_height)
+        said.push_back(
+            fmt::format("{}: its picture reaches beyond the display window; that overscan is left out", path));
+    if (std::strcmp(input.format_name(), "openexr") == 0 && input.seek_subimage(1, 0)) {
+        said.push_back(fmt::format("{}: has several parts or views; the first is taken", path));
+        input.seek_subimage(0, 0);
+    }
+    return said;
 }
 
 /// Formats that tests/io/image_test.cpp writes and reads back. OpenImageIO lists more, of which some cannot hold these
@@ -298,11 +364,22 @@ ImageF readAllChannels(const std::string& path, ImageHeader& header, bool normal
     return readChannels(*input, header, path, 0, input->spec().nchannels, normalize);
 }
 
-ImageF readCodedRgba(const std::string& path, ImageHeader& header)
+ImageHeader readPictureHeader(const std::string& path, const std::string& layer)
+{
+    const auto input = open(path);
+    ImageHeader header = headerOf(*input, path);
+    const RgbaChannels c = rgbaChannels(input->spec(), path, layer);
+    header.hasAlpha = c.alpha >= 0;
+    header.layers = layersOf(input->spec());
+    header.leftOut = leftOutOf(*input, path, c);
+    return header;
+}
+
+ImageF readCodedRgba(const std::string& path, ImageHeader& header, const std::string& layer)
 {
     const auto input = open(path);
     header = headerOf(*input, path);
-    const RgbaChannels c = rgbaChannels(input->spec());
+    const RgbaChannels c = rgbaChannels(input->spec(), path, layer);
     header.hasAlpha = c.alpha >= 0;
     const int first = std::min({c.red, c.green, c.blue, c.alpha >= 0 ? c.alpha : c.red});
     const int last = std::max({c.red, c.green, c.blue, c.alpha}) + 1;

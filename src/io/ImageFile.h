@@ -23,6 +23,8 @@ struct ImageHeader {
     double fps = 0;                       ///< 0: it does not say
     std::vector<ColorClaim> colorClaims;  ///< for chooseColorspace
     std::vector<Attribute> attributes;
+    std::vector<std::string> layers;   ///< of a picture, in the order of the file
+    std::vector<std::string> leftOut;  ///< of a picture, what of the file is not read: a sentence each
 };
 
 /// Whether files with this extension are images that can be read (else they may be movies).
@@ -30,14 +32,18 @@ bool isImageName(const std::string& path);
 
 /// Throws Error(Input) naming the file.
 ImageHeader readImageHeader(const std::string& path);
+/// Of the picture that readCodedRgba would give. Throws Error(Input) as it does.
+ImageHeader readPictureHeader(const std::string& path, const std::string& layer);
 
 /// All channels in the order of the file, placed in the display window; 0 where the data window does not reach, and
 /// what lies outside the display window (overscan) is left out. Half and float are as in the file, bit for bit.
 /// Integers are 0..1 if `normalize`, else as they are. Throws Error(Input) naming the file.
 ImageF readAllChannels(const std::string& path, ImageHeader& header, bool normalize);
 
-/// R G B A as the file holds them, not converted: grey is repeated, alpha is 1 where there is none.
-ImageF readCodedRgba(const std::string& path, ImageHeader& header);
+/// R G B A as the file holds them, not converted: grey is repeated, alpha is 1 where there is none. Of the first part.
+/// layer: "diffuse" for diffuse.R, diffuse.G, diffuse.B; empty: the channels without one, else the only layer, else the
+/// one called rgba, beauty or Combined. Throws Error(Input) listing the layers where that leaves a choice.
+ImageF readCodedRgba(const std::string& path, ImageHeader& header, const std::string& layer = {});
 
 /// Straight or premultiplied code values -> premultiplied linear, in place. Does nothing at all to premultiplied pixels
 /// if the transform is the identity.

@@ -37,6 +37,7 @@ struct ReadOptions {
     OnError onError = OnError::Stop;
     int stack = 0;              ///< the file is one image in which so many frames stand top to bottom; 0: it is not
     std::optional<int> stream;  ///< which of a movie's video streams, counted from 0; nothing: the default one
+    std::string layer;          ///< of an EXR, "diffuse"; empty: see readCodedRgba
     bool deinterlace = false;   ///< a movie's frames are made of both their fields' lines at one time (Deinterlacer.h)
 };
 
@@ -69,6 +70,7 @@ struct PlateInfo {
     std::shared_ptr<const ColorConfig> colors;  ///< where these names mean something; the writer looks them up there
     std::string format;                         ///< for the log: "h264 yuv420p", "openexr half"
     Scan scan = Scan::Unknown;                  ///< of a movie, as the file has it
+    std::vector<std::string> layers;            ///< of an EXR
     std::vector<std::string> videoStreams;      ///< of a movie, each in words; ReadOptions::stream counts them
     bool isDeinterlaced = false;                ///< ReadOptions::deinterlace was asked for and done
 };

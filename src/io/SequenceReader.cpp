@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "core/Error.h"
+#include "core/Log.h"
 #include "io/ColorConversion.h"
 #include "io/FrameSource.h"
 #include "io/ImageFile.h"
@@ -15,7 +16,7 @@ namespace {
 
 class SequenceSource final : public FrameSource {
 public:
-    SequenceSource(const std::string& path, const ReadOptions& options) : pattern_(path)
+    SequenceSource(const std::string& path, const ReadOptions& options) : pattern_(path), layer_(options.layer)
     {
         info_.path = path;
         info_.isStill = !isFramePattern(path);
@@ -38,7 +39,7 @@ public:
         PlateFrame frame;
         frame.number = number;
         frame.time_s = double(number) / info_.fps;
-        frame.pixels = readCodedRgba(pathOf(number), header);
+        frame.pixels = readCodedRgba(pathOf(number), header, layer_);
         if (header.width != info_.width || header.height != info_.height)
             throw Error(ErrorCode::Input, "{}: is {}x{}, but the first frame of the sequence is {}x{}", pathOf(number),
                         header.width, header.height, info_.width, info_.height);
@@ -59,17 +60,19 @@ private:
         if (onError != OnError::Stop)
             for (const FrameNumber frame : info_.frames) {
                 try {
-                    return readImageHeader(pathOf(frame));
+                    return readPictureHeader(pathOf(frame), layer_);
                 } catch (const Error& error) {
                     if (error.code() != ErrorCode::Input) throw;  // the frame is named again when it is asked for
                 }
             }
-        return readImageHeader(pathOf(info_.frames.front()));
+        return readPictureHeader(pathOf(info_.frames.front()), layer_);
     }
 
     void describe(const ReadOptions& options)
     {
         const ImageHeader header = firstReadableHeader(options.onError);
+        for (const std::string& sentence : header.leftOut) log::warning("{}", sentence);
+        info_.layers = header.layers;
         info_.width = header.width;
         info_.height = header.height;
         info_.pixelAspect = header.pixelAspect;
@@ -84,7 +87,7 @@ private:
         toWorking_ = describeColor(info_, options, header.colorClaims);
     }
 
-    std::string pattern_;
+    std::string pattern_, layer_;
     PlateInfo info_;
     std::shared_ptr<const ColorTransform> toWorking_;
 };

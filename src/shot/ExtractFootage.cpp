@@ -107,6 +107,7 @@ ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
     read.onError = onErrorOf(options.onError);
     read.stack = options.stack;
     read.stream = options.stream;
+    read.layer = options.layer;
     read.deinterlace = options.deinterlace;
     reader_ = io::openPlate(options.footage, read);
     frames_ = chooseFrames(options.frames, reader_->info(), read.onError);

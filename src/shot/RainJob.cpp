@@ -48,6 +48,7 @@ io::ReadOptions readOptionsOf(const Settings& settings, io::OnError onError)
     options.firstFrame = wholeOf<FrameNumber>("first-frame", settings.firstFrame);
     options.onError = onError;
     options.stream = wholeOf<int>("stream", settings.stream);
+    options.layer = settings.layer;
     options.deinterlace = settings.deinterlace;
     return options;
 }

@@ -91,6 +91,7 @@ struct Settings {
     AutoNumber quality;
     std::string pixelFormat, profile, preset, codecOptions, container;
     bool reencode = false;
+    std::string layer;
     AutoNumber stream;  ///< whole
     bool deinterlace = false;
     std::string onError = "stop";

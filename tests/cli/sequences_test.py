@@ -80,6 +80,42 @@ class Sequences(CliTest):
         self.refused(3, ["none", "without images"], "rain", "none", "-o", "out/o.%04d.exr")
 
 
+class Layers(CliTest):
+    """Which channels of an EXR are the plate, and what is said of the others."""
+
+    @classmethod
+    def makePlates(cls):
+        def write(name, *channels):
+            values = np.stack([np.full((8, 12), value, np.float32) for _, value in channels], -1)
+            writeImage(cls.folder / name, values, "half", [channel for channel, _ in channels])
+        rgb = lambda layer, base: [(f"{layer}.{c}", base + 0.125 * i) for i, c in enumerate("RGB")]
+        write("two.exr", ("Z", 7), *rgb("diffuse", 0.125), *rgb("spec", 1))
+        write("one.exr", ("Z", 7), *rgb("diffuse", 0.125), ("diffuse.A", 0.5))
+        write("render.exr", *rgb("ViewLayer.Combined", 0.25), *rgb("ViewLayer.Diffuse", 1))
+        write("plain.exr", ("A", 1), ("B", 0.5), ("G", 0.375), ("R", 0.25), ("Z", 7), *rgb("spec", 1))
+        write("data.exr", ("u", 1), ("v", 2), ("w", 3))
+
+    def colours(self, name, *arguments):
+        run = self.succeeds("rain", name, "-o", "out.exr", *OFF, *arguments)
+        image, names = readImage(self.folder / "out.exr")
+        return dict(zip(names, image[0, 0].tolist())), run.err
+
+    def test_layers(self):
+        self.assertEqual(self.colours("two.exr", "--layer", "spec")[0], {"R": 1, "G": 1.125, "B": 1.25})
+        self.assertEqual(self.colours("two.exr", "--layer", "diffuse")[0], {"R": 0.125, "G": 0.25, "B": 0.375})
+        self.assertEqual(self.colours("one.exr")[0], {"R": 0.125, "G": 0.25, "B": 0.375, "A": 0.5})
+        self.assertEqual(self.colours("render.exr")[0], {"R": 0.25, "G": 0.375, "B": 0.5})
+        found, said = self.colours("plain.exr")
+        self.assertEqual(found, {"R": 0.25, "G": 0.375, "B": 0.5, "A": 1})
+        self.assertIn("not in the result: Z, spec.B, spec.G, spec.R", said.replace("spec.R, spec.G, spec.B", "spec.B, spec.G, spec.R"))
+
+    def test_whatHasToBeChosen(self):
+        rain = ["rain", "--quiet", "-o", "out2.exr", *OFF]
+        self.refused(3, ["two.exr", "diffuse", "spec", "--layer"], *rain, "two.exr")
+        self.refused(3, ["two.exr", "no layer 'glow'", "diffuse", "spec"], *rain, "two.exr", "--layer", "glow")
+        self.refused(3, ["data.exr", "holds no colours", "u, v, w"], *rain, "data.exr")
+
+
 class Resume(CliTest):
     @classmethod
     def makePlates(cls):
