@@ -12,6 +12,7 @@
 #include "core/Log.h"
 #include "io/AtomicFile.h"
 #include "shot/Parameters.h"
+#include "shot/Preflight.h"
 #include "shot/RainJob.h"
 
 namespace virga::cli {
@@ -21,7 +22,7 @@ struct RainArguments {
     CommonFlags common;
     shot::RainJobOptions job;
     std::string settingsFile, matchFile, saveSettings;
-    bool explain = false, half = false;
+    bool explain = false, half = false, check = false;
     std::vector<std::string> values;    // one text a parameter, in the table's order
     std::vector<CLI::Option*> options;  // the same
 };
@@ -32,6 +33,7 @@ const char* const examples = R"(Examples:
   virga rain night.mov -o night_rain.mov --env street_hdri.exr --fog 0.004 --darken 0
   virga rain road.mp4 -o storm.mp4 --rate 80 --wind 4,1 --gust 2 --ground 1.5,4
   virga rain shot.mp4 -o out.mp4 --settings look.toml --seed 7 --explain
+  virga rain shot.%04d.exr -o rain.%04d.exr --depth z.%04d.exr --camera shot.chan --check
   virga rain dry.mp4 -o wet.mp4 --match extracted/report.json
 A switch that a settings file turns on is turned off by =false: --paper=false)";
 
@@ -85,6 +87,19 @@ shot::Settings gatherSettings(const RainArguments& arguments)
     return settings;
 }
 
+/// The pre-flight: says what does not fit, and renders nothing.
+int check(const RainArguments& arguments, const shot::Settings& settings, const shot::RainJobOptions& job)
+{
+    if (!arguments.saveSettings.empty())
+        throw Error(ErrorCode::InvalidArgument, "--check writes nothing: leave out --save-settings");
+    const std::vector<shot::Finding> findings = shot::checkRainJob(settings, job);
+    if (arguments.common.json)
+        std::printf("%s\n", shot::findingsJson(findings).c_str());
+    else
+        std::fputs(shot::findingsTable(findings).c_str(), stdout);
+    return shot::holdsError(findings) ? exitCode(ErrorCode::Input) : 0;
+}
+
 int rain(const RainArguments& arguments)
 {
     const shot::Settings settings = gatherSettings(arguments);
@@ -93,6 +108,7 @@ int rain(const RainArguments& arguments)
     if (arguments.half && settings.floatOutput)
         throw Error(ErrorCode::InvalidArgument, "--half and --float exclude each other");
     if (arguments.half) job.half = true;
+    if (arguments.check) return check(arguments, settings, job);
     if (!arguments.saveSettings.empty()) {
         if (io::isSameFile(arguments.saveSettings, job.plate))
             throw Error(ErrorCode::Output, "--save-settings '{}': is the plate itself", arguments.saveSettings);
@@ -173,6 +189,12 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
         ->type_name("TOML")
         ->group(group);
     command->add_flag("--explain", a.explain, "print each pass: on or skipped, why, and what it cost")->group(group);
+    command
+        ->add_flag(
+            "--check", a.check,
+            "read the headers of all inputs, say what does not fit, and render nothing; exit code 3 if something "
+            "would end the work")
+        ->group(group);
     command->add_option("--shader-dir", a.job.shaderFolder, "take shaders from this folder (for developing)")
         ->type_name("FOLDER")
         ->group(group);

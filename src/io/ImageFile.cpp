@@ -355,6 +355,26 @@ std::string listOfFormats()
 
 bool isImageName(const std::string& path) { return formatsByExtension().contains(extensionOf(path)); }
 
+std::optional<std::array<double, 16>> matrixAttribute(const ImageHeader& header, std::string_view name)
+{
+    std::array<double, 16> numbers{};
+    const auto take = [&](const Attribute& attribute, auto sample) {
+        std::array<decltype(sample), 16> stored;
+        if (attribute.data.size() != sizeof stored) return false;
+        std::memcpy(stored.data(), attribute.data.data(), sizeof stored);
+        std::copy(stored.begin(), stored.end(), numbers.begin());
+        return true;
+    };
+    for (const Attribute& attribute : header.attributes) {
+        const TypeDesc type(attribute.type.c_str());
+        if (type.aggregate != TypeDesc::MATRIX44 || !OIIO::Strutil::iequals(attribute.name, std::string(name)))
+            continue;
+        if (type.basetype == TypeDesc::FLOAT && take(attribute, float())) return numbers;
+        if (type.basetype == TypeDesc::DOUBLE && take(attribute, double())) return numbers;
+    }
+    return std::nullopt;
+}
+
 ImageHeader readImageHeader(const std::string& path) { return headerOf(*open(path), path); }
 
 ImageF readAllChannels(const std::string& path, ImageHeader& header, bool normalize)

@@ -1,8 +1,11 @@
 // One image file at a time, below the readers and writers: OpenImageIO's files in our words.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/ColorConversion.h"
@@ -29,6 +32,9 @@ struct ImageHeader {
 
 /// Whether files with this extension are images that can be read (else they may be movies).
 bool isImageName(const std::string& path);
+
+/// A 4x4 matrix among the attributes (whatever their case), 16 numbers in the file's order; nothing if there is none.
+std::optional<std::array<double, 16>> matrixAttribute(const ImageHeader& header, std::string_view name);
 
 /// Throws Error(Input) naming the file.
 ImageHeader readImageHeader(const std::string& path);

@@ -101,10 +101,9 @@ void addStreamLike(AVFormatContext& to, const AVStream& from, const AVStream& st
 }  // namespace
 
 MovieOutput::MovieOutput(const std::string& path, const std::string& container)
-    : name_(path == standardOutput ? "standard output" : path)
+    : path_(path), name_(path == standardOutput ? "standard output" : path), isPipe_(path == standardOutput)
 {
     const AVOutputFormat* format = chooseContainer(path, container);
-    if (path != standardOutput) file_.emplace(path);
     AVFormatContext* context = nullptr;
     if (avformat_alloc_output_context2(&context, format, nullptr, path.c_str()) < 0) throw std::bad_alloc();
     context_.reset(context);
@@ -129,6 +128,7 @@ void MovieOutput::open()
         check(avio_open(&context_->pb, "pipe:1", AVIO_FLAG_WRITE));
         return;
     }
+    file_.emplace(path_);
     std::error_code error;
     if (fs::is_regular_file(file_->temporaryPath(), error))
         log::warning("{}: an earlier run was cut off and left {}, which this one replaces", name_,

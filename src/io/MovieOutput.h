@@ -56,13 +56,14 @@ public:
     void check(int result) const;
 
 private:
-    bool isPipe() const { return !file_; }
+    bool isPipe() const { return isPipe_; }
     bool isRewritten() const { return isIsoMedia() && !isPipe(); }
     /// Writes the fragments once more as a plain file; false if that fails, with the reason in `problem`.
     bool rewrite(std::string& problem);
 
-    std::string name_;
-    std::optional<AtomicFile> file_;  // nothing: standard output
+    std::string path_, name_;
+    bool isPipe_;
+    std::optional<AtomicFile> file_;  // nothing: standard output, or not opened
     libav::Output context_;
     int trackTimescale_ = 0;
     std::vector<std::optional<std::int64_t>> firstTimes_;  // decoding time of each stream's first packet

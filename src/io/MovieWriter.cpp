@@ -68,8 +68,10 @@ public:
         } else if (origin_ != nullptr && context.oformat->audio_codec != AV_CODEC_ID_NONE) {
             others_ = std::make_unique<StreamCopy>(*origin_, output_, StreamCopy::Pictures::LeftOut);
         }
-        output_.open();
     }
+
+    /// Makes the file; everything else is checked by then.
+    void open() { output_.open(); }
 
     void write(RenderedFrame frame) override
     {
@@ -276,7 +278,16 @@ std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const Pl
                                                const MovieOrigin* origin, const WriteOptions& options)
 {
     routeMessages();
-    return std::make_unique<MovieWriter>(path, plate, origin, options);
+    auto writer = std::make_unique<MovieWriter>(path, plate, origin, options);
+    writer->open();
+    return writer;
+}
+
+void checkMovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
+                      const WriteOptions& options)
+{
+    routeMessages();
+    const MovieWriter neverOpened(path, plate, origin, options);
 }
 
 }  // namespace virga::io

@@ -40,6 +40,27 @@ void refuseWritingOverPlate(const std::string& path, const PlateInfo& plate)
                         path, frame);
 }
 
+void checkNames(const std::string& path, const PlateInfo& plate, const WriteOptions& options)
+{
+    if (path != standardOutput) {
+        checkOutputFolder(path);
+        refuseTwoPatterns(path, ErrorCode::Output);
+        refuseWritingOverPlate(path, plate);
+    }
+    if (!options.outputColorspace.empty()) plate.colors->resolve(options.outputColorspace);
+}
+
+const MovieOrigin* originOf(const PlateReader& plate)
+{
+    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
+    return reader != nullptr ? reader->source().movie() : nullptr;
+}
+
+bool isMovieOutput(const std::string& path, const WriteOptions& options)
+{
+    return isMovieName(path) || (!options.movie.container.empty() && !isFramePattern(path));
+}
+
 }  // namespace
 
 const char* scanWords(Scan scan)
@@ -67,18 +88,18 @@ std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOption
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options)
 {
-    const bool isFile = path != standardOutput;
-    if (isFile) {
-        checkOutputFolder(path);
-        refuseTwoPatterns(path, ErrorCode::Output);
-        refuseWritingOverPlate(path, plate.info());
-    }
-    if (!options.outputColorspace.empty()) plate.info().colors->resolve(options.outputColorspace);
-    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
-    const MovieOrigin* origin = reader != nullptr ? reader->source().movie() : nullptr;
-    if (isMovieName(path) || (!options.movie.container.empty() && !isFramePattern(path)))
-        return createMovieWriter(path, plate.info(), origin, options);
-    return createSequenceWriter(path, plate.info(), origin, options);
+    checkNames(path, plate.info(), options);
+    return isMovieOutput(path, options) ? createMovieWriter(path, plate.info(), originOf(plate), options)
+                                        : createSequenceWriter(path, plate.info(), originOf(plate), options);
+}
+
+void checkPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options)
+{
+    checkNames(path, plate.info(), options);
+    if (isMovieOutput(path, options))
+        checkMovieWriter(path, plate.info(), originOf(plate), options);
+    else  // makes its files as their frames come
+        createSequenceWriter(path, plate.info(), originOf(plate), options);
 }
 
 std::shared_ptr<const ColorTransform> describeColor(PlateInfo& info, const ReadOptions& options,

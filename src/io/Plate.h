@@ -160,6 +160,9 @@ public:
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options);
 
+/// Throws what createPlateWriter would, and neither makes nor removes a file.
+void checkPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options);
+
 /// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged,
 /// with what createPlateWriter's would hold beside the pictures. Empty if it is done; else why it cannot be, and no
 /// file. Throws Error(Output) as createPlateWriter does.

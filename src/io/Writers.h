@@ -17,6 +17,10 @@ std::unique_ptr<PlateWriter> createMovieWriter(const std::string& path, const Pl
 std::unique_ptr<PlateWriter> createSequenceWriter(const std::string& path, const PlateInfo& plate,
                                                   const MovieOrigin* origin, const WriteOptions& options);
 
+/// Throws as createMovieWriter does, but makes no file.
+void checkMovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
+                      const WriteOptions& options);
+
 /// The space that pictures go out in if nobody asked for one: the plate's own where the file can hold it; its linear
 /// light in floating point files; its linear light with the sRGB curve in files of integers or movies.
 std::string defaultOutputColorspace(const PlateInfo& plate, bool outputIsFloat);

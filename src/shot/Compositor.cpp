@@ -25,9 +25,9 @@
 #include "passes/SplashPass.h"
 #include "passes/StrokePass.h"
 #include "shot/AtlasFile.h"
+#include "shot/CameraTrack.h"
 #include "shot/DepthSource.h"
 #include "shot/LightsFile.h"
-#include "shot/CameraTrack.h"
 #include "shot/RainModel.h"
 #include "shot/ShotLight.h"
 
@@ -37,9 +37,12 @@ namespace {
 /// Depth at which an entry of the fog table is a half [m].
 constexpr double fogTableScale = 20;
 
-camera::Track trackOf(const Settings& settings)
+camera::Track trackOf(const Settings& settings, const Shot& shot)
 {
-    if (!settings.camera.empty()) return readCameraTrack(settings);
+    if (!shot.track.empty()) return shot.track;
+    if (settings.camera == "plate")
+        throw Error(ErrorCode::InvalidArgument, "--camera plate: there is no plate's file to read it from");
+    if (hasCameraFile(settings)) return readCameraTrack(settings);
     return camera::Track({{0, standingPose(settings)}});
 }
 
@@ -303,7 +306,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     Impl& m = *impl_;
     m.settings = settings;
     m.shot = shot;
-    m.track = trackOf(settings);
+    m.track = trackOf(settings, shot);
     m.plan = planFrame(settings, options.wanted, !m.track.isStatic());
     if (m.plan.isPassThrough()) return;
 

@@ -20,6 +20,7 @@ struct Shot {
     int width = 0, height = 0;
     double fps = 24;
     FrameNumber firstFrame = 0;
+    camera::Track track{};  ///< in our world; empty: --camera's file, or none
 };
 
 struct CompositorOptions {

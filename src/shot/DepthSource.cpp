@@ -6,6 +6,7 @@
 #include "core/Error.h"
 #include "core/Log.h"
 #include "depth/Geometry.h"
+#include "shot/Doubts.h"
 
 namespace virga::shot {
 
@@ -44,19 +45,15 @@ depth::DepthKind kindOf(const Settings& s)
 
 }  // namespace
 
-DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
-    : width_(width), height_(height), holds_(settings.onError == "hold")
+depth::DepthOptions depthOptionsOf(const Settings& settings)
 {
-    if (settings.depth.empty()) {
-        groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
-        return;
-    }
-    options_.kind = kindOf(settings);
-    options_.scale = settings.depthScale;
-    options_.offset = settings.depthOffset;
-    options_.noValue = settings.depthNoValue;
-    options_.baseline_m = settings.depthBaseline_m;
-    if (options_.kind == depth::DepthKind::Disparity && !(options_.baseline_m > 0))
+    depth::DepthOptions options;
+    options.kind = kindOf(settings);
+    options.scale = settings.depthScale;
+    options.offset = settings.depthOffset;
+    options.noValue = settings.depthNoValue;
+    options.baseline_m = settings.depthBaseline_m;
+    if (options.kind == depth::DepthKind::Disparity && !(options.baseline_m > 0))
         throw Error(ErrorCode::InvalidArgument, "--depth-kind disparity needs --depth-baseline, in metres");
     if (const auto& [first, last] = settings.depthRange; first != 0 || last != 0) {
         if (!(first > 0 && last > 0) || first == last)
@@ -64,8 +61,19 @@ DepthSource::DepthSource(const Settings& settings, int width, int height, const 
                 ErrorCode::InvalidArgument,
                 "--depth-range '{:g},{:g}': must be two different depths over 0, at the value 0 and at the largest",
                 first, last);
-        options_.range = settings.depthRange;
+        options.range = settings.depthRange;
     }
+    return options;
+}
+
+DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
+    : settings_(settings), width_(width), height_(height), holds_(settings.onError == "hold")
+{
+    if (settings.depth.empty()) {
+        groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
+        return;
+    }
+    options_ = depthOptionsOf(settings);
     reader_.emplace(settings);
 }
 
@@ -85,6 +93,8 @@ std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, dou
     if (counts.filled > 0)
         log::detail("depth '{}': {} NaN, {} not above 0, {} without value; filled from their neighbours", name,
                     counts.nan, counts.nonPositive, counts.noValue);
+    if (!isJudged_) warnOf(depthDoubts({stored.values, stored.full, depth}, settings_));
+    isJudged_ = true;
     followsPlate_ = depth.metres.width() < width_ || depth.metres.height() < height_;
     if (depth.metres.width() != width_ || depth.metres.height() != height_) {
         if (!saidResampled_)

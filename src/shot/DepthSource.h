@@ -32,6 +32,7 @@ private:
     std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, double focal_px,
                                                 ConstImageViewF plate);
 
+    Settings settings_;
     std::optional<DepthReader> reader_;  // nothing: a ground plane
     depth::DepthOptions options_;
     int width_, height_;
@@ -39,11 +40,15 @@ private:
     std::string lastName_;
     double lastFocal_px_ = 0;
     bool followsPlate_ = false;  // the images are smaller than the plate
-    bool saidResampled_ = false;
+    bool saidResampled_ = false, isJudged_ = false;
     bool holds_;  // --on-error hold
     std::optional<camera::Pose> lastPose_;
     std::shared_ptr<const depth::Depth> last_;
 };
+
+/// How the settings say that stored depth is to be read; `full` and `focal_px` are the image's. Throws
+/// Error(InvalidArgument) for flags that do not go together.
+depth::DepthOptions depthOptionsOf(const Settings& settings);
 
 /// "height[,pitch]": camera height over the ground [m], pitch down [deg, 0]. Throws Error(InvalidArgument).
 struct Ground {

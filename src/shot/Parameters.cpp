@@ -39,7 +39,7 @@ constexpr Parameter table[] = {
     {"focus", "camera", "m", 0.05, 1e6, "distance in focus", &S::focus_m},
     {"fstop", "camera", "", 0.5, 1000, "aperture; large numbers keep near drops sharp", &S::fstop},
     {"sensor-width", "camera", "mm", 1, 200, "width of the sensor, for the blur of near drops", &S::sensorWidth_mm},
-    {"camera", "camera", "", 0, 0, "camera track: Nuke .chan, a list of 4x4 matrices (text or JSON), or the folder of a COLMAP model in text (docs/camera.md)", &S::camera},
+    {"camera", "camera", "", 0, 0, "camera track: Nuke .chan, a list of 4x4 matrices (text or JSON), or the folder of a COLMAP model in text (docs/camera.md); plate: the one in the headers of an EXR plate, which is taken without this flag if there is one; none", &S::camera},
     {"camera-scale", "camera", "", 1e-9, 1e9, "metres in one unit of the track", &S::cameraScale},
     {"camera-up", "camera", "", 0, 0, "which way is up in the track's world", &S::cameraUp, "y|z|-y|-z"},
     {"camera-offset", "camera", "", -1e15, 1e15, "added to the track's frame numbers", &S::cameraOffset},

@@ -14,115 +14,16 @@
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
 #include "io/Writers.h"
+#include "shot/CameraTrack.h"
 #include "shot/ContactSheet.h"
+#include "shot/Doubts.h"
 #include "shot/FrameChoice.h"
+#include "shot/JobInputs.h"
 #include "shot/Parameters.h"
 #include "shot/Resume.h"
 
 namespace virga::shot {
 namespace {
-
-io::OnError onErrorOf(const Settings& settings)
-{
-    if (settings.onError == "skip") return io::OnError::Skip;
-    if (settings.onError == "hold") return io::OnError::Hold;
-    return io::OnError::Stop;
-}
-
-/// Throws Error(InvalidArgument) unless the number is whole.
-template <class Integer>
-std::optional<Integer> wholeOf(const char* flag, AutoNumber value)
-{
-    if (!value) return std::nullopt;
-    if (*value != std::round(*value))
-        throw Error(ErrorCode::InvalidArgument, "--{} '{}': must be a whole number", flag, *value);
-    return Integer(*value);
-}
-
-io::ReadOptions readOptionsOf(const Settings& settings, io::OnError onError)
-{
-    io::ReadOptions options;
-    options.colorspace = settings.colorspace;
-    options.ocio = settings.ocio;
-    options.fps = settings.fps;
-    options.firstFrame = wholeOf<FrameNumber>("first-frame", settings.firstFrame);
-    options.onError = onError;
-    options.stream = wholeOf<int>("stream", settings.stream);
-    options.layer = settings.layer;
-    options.deinterlace = settings.deinterlace;
-    return options;
-}
-
-/// Nothing: as the plate is.
-std::optional<bool> halfOf(const Settings& settings, const RainJobOptions& options)
-{
-    if (settings.floatOutput) return false;
-    if (options.half) return true;
-    return std::nullopt;
-}
-
-io::WriteOptions writeOptionsOf(const Settings& settings, const RainJobOptions& options)
-{
-    return {.outputColorspace = settings.outputColorspace,
-            .codec = settings.codec,
-            .quality = settings.quality,
-            .half = halfOf(settings, options),
-            .layers = options.layers,
-            .movie = {.container = settings.container,
-                      .pixelFormat = settings.pixelFormat,
-                      .profile = settings.profile,
-                      .preset = settings.preset,
-                      .codecOptions = settings.codecOptions}};
-}
-
-/// Files that the settings name are looked for before anything is rendered.
-void checkFiles(const Settings& s, const FramePlan& plan, const std::vector<FrameNumber>& frames, io::OnError onError)
-{
-    if (!plan.features.depth || !io::isFramePattern(s.depth)) return;
-    const std::vector<FrameNumber> found = io::findFrames(s.depth);
-    const std::set<FrameNumber> known(found.begin(), found.end());
-    std::vector<FrameNumber> missing;
-    for (const FrameNumber frame : frames)
-        if (!known.contains(frame)) missing.push_back(frame);
-    if (!missing.empty() && onError == io::OnError::Stop)
-        throw Error(ErrorCode::Input, "depth '{}': {} missing; there are {}", s.depth,
-                    describeFrames(missing, "is", "are"), formatFrameRange(found));
-}
-
-/// No result takes the place of what the rain is made from. (The plate itself: createPlateWriter.)
-void keepInputs(const Settings& s, const RainJobOptions& options, const std::vector<FrameNumber>& frames)
-{
-    const auto nameOf = [](const std::string& pattern, FrameNumber frame) {
-        return io::isFramePattern(pattern) ? io::framePath(pattern, frame) : pattern;
-    };
-    const std::pair<const char*, const std::string*> inputs[] = {{"depth", &s.depth},   {"env", &s.env},
-                                                                 {"lights", &s.lights}, {"mattes", &s.mattes},
-                                                                 {"camera", &s.camera}, {"grade-from", &s.gradeFrom}};
-    for (const auto& [flag, input] : inputs) {
-        if (input->empty()) continue;
-        for (const std::string& output : {options.output, options.preview})
-            for (const FrameNumber frame : frames) {
-                const std::string written = nameOf(output, frame);
-                if (io::isSameFile(written, nameOf(*input, frame)))
-                    throw Error(ErrorCode::Output, "{}: is a file of --{}; give the result another name", written,
-                                flag);
-                if (!io::isFramePattern(output) && !io::isFramePattern(*input)) break;
-            }
-    }
-}
-
-/// The contact sheet's name, checked before there is work to lose.
-void checkPreview(const RainJobOptions& options)
-{
-    if (options.preview.empty()) return;
-    io::checkOutputFolder(options.preview);
-    if (!options.preview.ends_with(".png") && !options.preview.ends_with(".PNG"))
-        throw Error(ErrorCode::Output, "--preview '{}': must be a .png", options.preview);
-    if (io::isSameFile(options.preview, options.plate))
-        throw Error(ErrorCode::Output, "--preview '{}': is the plate itself", options.preview);
-    if (options.preview == options.output)
-        throw Error(ErrorCode::Output, "--preview '{}': is the output itself", options.preview);
-}
 
 /// Whether the result is the plate, in the same codec: nothing is done to any frame, and nobody asks for another form.
 bool isThePlate(const Settings& s, const RainJobOptions& options, const io::PlateInfo& plate,
@@ -175,7 +76,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         throw Error(ErrorCode::Output,
                     "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
                     frames.size());
-    keepInputs(settings, options, frames);
+    refuseWritingOverInputs(settings, options, frames);
     if (isThePlate(settings, options, plate, frames)) {
         const Timer clock;
         const std::string obstacle = io::copyMovie(options.output, *reader, settings.container);
@@ -210,13 +111,15 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         }
     }
 
-    const Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
+    Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
+    if (!planFrame(settings, {}, false).isPassThrough()) shot.track = shotTrack(settings, plate);
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
     Compositor compositor(
         settings, shot,
         {.wanted = {.layers = options.layers}, .device = options.device, .shaderFolder = options.shaderFolder},
         samplePlate(*reader, settings, isLit));
-    checkFiles(settings, compositor.plan(), frames, onError);
+    if (!shot.track.empty()) warnOf(trackDoubts(shot.track, frames, shot.fps, settings));
+    checkDepthFrames(settings, compositor.plan(), frames, onError);
 
     report.plate = plate;
     report.plan = compositor.plan();

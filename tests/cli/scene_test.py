@@ -3,6 +3,7 @@ import subprocess
 import unittest
 
 import numpy as np
+import OpenImageIO as oiio
 from support import CliTest, ffmpeg, readImage, street, writeImage
 
 WIDTH, HEIGHT, FOV = 96, 54, 60
@@ -101,6 +102,62 @@ class Scene(CliTest):
         self.same(expected, "--camera", "cm.chan", "--camera-scale", "0.01", "--camera-offset", "-10", "--ground", "2", within=1e-6)
         self.refused(3, ["camera.abc", "Alembic"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--camera",
                      "camera.abc")
+
+    def plateWithCamera(self, pattern, matrices):
+        """The plate with each frame's {attribute: 4x4 for column vectors} in its header."""
+        for frame, attributes in zip((1, 2), matrices, strict=True):
+            spec = oiio.ImageSpec(WIDTH, HEIGHT, 4, "half")
+            for name, m in attributes.items():
+                spec.attribute(name, oiio.TypeDesc("matrix"), tuple(float(v) for v in np.transpose(m).reshape(-1)))
+            out = oiio.ImageOutput.create(self.path(pattern % frame))
+            out.open(self.path(pattern % frame), spec)
+            out.write_image(street(WIDTH, HEIGHT, seed=frame))
+            out.close()
+
+    def test_cameraInThePlate(self):
+        (self.folder / "b.chan").write_text("1 0 2 0 0 30 0 40\n2 0.5 2 -1 0 33 0 40\n")
+        rain = ["--rate", "100", "--fog", "0.1", "--frames", "1-2", "--ground", "2"]
+
+        def picture(plate, *arguments, chatter=()):
+            run = self.succeeds("rain", plate, "-o", "h.%04d.exr", *rain, *arguments)
+            for words in chatter:
+                self.assertIn(words, run.err)
+            return np.stack([readImage(self.folder / f"h.{frame:04d}.exr")[0] for frame in (1, 2)])
+        expected, standing = picture("shot.%04d.exr", "--camera", "b.chan"), picture("shot.%04d.exr")
+        self.assertGreater(np.abs(expected - standing).max(), 0.03)
+        f = 0.5 / np.tan(np.radians(20))
+        ndc = np.array([[f * HEIGHT / WIDTH, 0, 0.5, 0], [0, -f, 0.5, 0], [0, 0, 1, -0.1], [0, 0, 1, 0]])
+        ahead, pose, both = [], [], []
+        for place, angle in (((0, 2, 0), 30), ((0.5, 2, -1), 33)):
+            c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+            world = np.eye(4)
+            world[:3, :3], world[:3, 3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]], place
+            back = np.linalg.inv(world)
+            ahead.append(np.diag([1, 1, -1, 1]) @ back)
+            pose.append({"worldToCamera": back})
+            both.append({"worldToCamera": ahead[-1], "worldToNDC": ndc @ ahead[-1]})
+        self.plateWithCamera("both.%04d.exr", both)
+        self.plateWithCamera("ndc.%04d.exr", [{"worldToNDC": ndc @ m} for m in ahead])
+        self.plateWithCamera("pose.%04d.exr", pose)
+        vertical = ["--fov", repr(float(np.degrees(2 * np.arctan(np.tan(np.radians(20)) * WIDTH / HEIGHT))))]
+        for plate, arguments, said in (("both.%04d.exr", [], ["headers of 'both", "--camera none"]),
+                                       ("both.%04d.exr", ["--camera", "plate"], ["headers"]), ("ndc.%04d.exr", [], ["headers"]),
+                                       ("pose.%04d.exr", vertical, ["headers"])):
+            with self.subTest(plate=plate, arguments=arguments):
+                np.testing.assert_allclose(picture(plate, *arguments, chatter=said), expected, atol=4e-3)
+        # What is asked for comes before what the header says.
+        np.testing.assert_array_equal(picture("both.%04d.exr", "--camera", "none"), standing)
+        np.testing.assert_array_equal(picture("both.%04d.exr", "--camera", "b.chan"), expected)
+        check = self.succeeds("rain", "both.%04d.exr", "-o", "h.%04d.exr", "--check")
+        self.assertIn("camera in the plate's headers with 2 poses, frames 1-2", check.out)
+
+        self.refused(3, ["--camera plate", "shot.%04d.exr", "worldToCamera"], "rain", "--quiet", "shot.%04d.exr", "-o",
+                     "q.%04d.exr", "--camera", "plate")
+        self.plateWithCamera("flat.%04d.exr", [{"worldToCamera": np.diag([1, 1, 0, 1])}] * 2)
+        self.refused(3, ["flat.0001.exr", "singular"], "rain", "--quiet", "flat.%04d.exr", "-o", "q.%04d.exr", "--camera", "plate")
+        np.testing.assert_array_equal(picture("flat.%04d.exr", chatter=["singular", "left out"]), standing)
+        self.plateWithCamera("half.%04d.exr", [both[0], {}])
+        picture("half.%04d.exr", chatter=["1 of 2 frames have no camera"])
 
 
 if __name__ == "__main__":
