@@ -193,7 +193,8 @@ Depth sanitizeDepth(ConstImageViewF stored, const DepthOptions& options)
                 out = kHole, ++counts.nan;
             else if (options.noValue && value == *options.noValue)
                 out = kHole, ++counts.noValue;
-            else if ((coding.isInverse && coded == 0) || metres >= options.skyBeyond)  // 1 / -0 is no hole either
+            else if ((coding.isInverse ? coded == 0 : value >= options.skyStored) ||
+                     metres >= options.skyBeyond)  // 1 / -0 is no hole either
                 out = kSky, ++counts.infinite;
             else if (!(float(metres) > 0))
                 out = kHole, ++counts.nonPositive;

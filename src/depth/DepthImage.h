@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/Image.h"
@@ -29,7 +30,10 @@ struct DepthOptions {
     double baseline_m = 0;          // of Disparity, > 0
     double focal_px = 0;            // of the depth image, > 0: of Disparity and Distance
     std::optional<double> noValue;  // stored value that means "not measured", e.g. 65535; 0 always does (but see below)
-    double skyBeyond = 6e4;         // [m] from here on it is sky: renderers write 65504 (half's largest) or 1e10 there
+    double skyBeyond = 6e4;         // [m] from here on it is sky
+    // A stored depth or distance from here on is sky, whatever its unit: renderers write half's largest, 65504, or
+    // 1e10.
+    double skyStored = std::numeric_limits<double>::infinity();
 };
 
 /// What was found among `pixels` values, each value in one count at most; `filled` is what was repaired.

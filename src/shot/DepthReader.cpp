@@ -13,15 +13,33 @@
 namespace virga::shot {
 namespace {
 
-constexpr double packedFull = 65535;
+constexpr double halfSky = 65504, floatSky = 1e10;
 
 double largestOf(int bits) { return std::exp2(bits) - 1; }
+
+depth::DepthPacking packingOf(const Settings& s)
+{
+    using depth::DepthPacking;
+    static constexpr std::pair<std::string_view, DepthPacking> packings[] = {{"rg", DepthPacking::Rg},
+                                                                             {"gr", DepthPacking::Gr},
+                                                                             {"rgb", DepthPacking::Rgb},
+                                                                             {"bgr", DepthPacking::Bgr},
+                                                                             {"hue", DepthPacking::Hue}};
+    for (const auto& [name, packing] : packings)
+        if (s.depthPacking == name) return packing;
+    return DepthPacking::None;
+}
+
+int channelsOf(depth::DepthPacking packing)
+{
+    return packing == depth::DepthPacking::Rg || packing == depth::DepthPacking::Gr ? 2 : 3;
+}
 
 }  // namespace
 
 DepthReader::DepthReader(const Settings& settings)
     : path_(settings.depth), channel_(settings.depthChannel), isPattern_(io::isFramePattern(settings.depth)),
-      isPacked_(settings.depthPacking == "rg")
+      packing_(packingOf(settings))
 {
     if (isPattern_) {
         if (io::findFrames(path_).empty())
@@ -31,13 +49,22 @@ DepthReader::DepthReader(const Settings& settings)
     } else if (!io::isImageName(path_)) {
         io::ReadOptions options;
         options.colorspace = "raw";
+        if (settings.depthFirstFrame) {
+            if (*settings.depthFirstFrame != std::round(*settings.depthFirstFrame))
+                throw Error(ErrorCode::InvalidArgument, "--depth-first-frame '{}': must be a whole number",
+                            *settings.depthFirstFrame);
+            options.firstFrame = FrameNumber(*settings.depthFirstFrame);
+        }
         movie_ = io::openPlate(path_, options);
         const io::PlateInfo& info = movie_->info();
-        if (isPacked_ && (info.format.find("yuv") != std::string::npos || info.bitDepth != 8))
-            throw Error(ErrorCode::Input,
-                        "depth '{}': is {}; depth in two channels needs 8-bit RGB without loss, as conversion to YCbCr "
-                        "and compression change the higher byte",
-                        path_, info.format);
+        if (isPacked() && info.bitDepth != 8)
+            throw Error(ErrorCode::Input, "depth '{}': is {}; packed depth has channels of 8 bits", path_, info.format);
+        if (isPacked() && !depth::survivesLoss(packing_) && info.format.find("yuv") != std::string::npos)
+            throw Error(
+                ErrorCode::Input,
+                "depth '{}': is {}; depth in several channels needs 8-bit RGB without loss, as conversion to YCbCr "
+                "and compression change the higher byte",
+                path_, info.format);
     }
 }
 
@@ -61,16 +88,21 @@ StoredDepth DepthReader::read(FrameNumber frame)
     StoredDepth stored;
     stored.full = raw.isFloat ? 1 : largestOf(raw.bitDepth);
     stored.values = ImageF(raw.pixels.width(), raw.pixels.height(), 1);
-    if (isPacked_) {
-        if (raw.isFloat || raw.bitDepth != 8 || raw.pixels.channels() < 2)
-            throw Error(ErrorCode::Input, "depth '{}': has no two channels of 8 bits to hold 16", path);
-        stored.full = packedFull;
+    if (raw.isFloat) stored.sky = raw.bitDepth == 16 ? halfSky : floatSky;
+    const int packed = isPacked() ? channelsOf(packing_) : 0;
+    if (isPacked()) {
+        if (raw.isFloat || raw.bitDepth != 8 || raw.pixels.channels() < packed)
+            throw Error(ErrorCode::Input, "depth '{}': has no {} channels of 8 bits to hold packed depth", path,
+                        packed);
+        stored.full = depth::largestPacked(packing_);
     }
-    const int channel = isPacked_ ? 0 : channelOf(raw, path);
+    const int channel = isPacked() ? 0 : channelOf(raw, path);
     for (int y = 0; y < stored.values.height(); ++y)
         for (int x = 0; x < stored.values.width(); ++x) {
             const float* pixel = raw.pixels.pixel(x, y);
-            stored.values.at(x, y) = isPacked_ ? 256 * pixel[0] + pixel[1] : pixel[channel];
+            stored.values.at(x, y) =
+                isPacked() ? float(depth::unpackedDepth(packing_, {pixel[0], pixel[1], packed > 2 ? pixel[2] : 0}))
+                           : pixel[channel];
         }
     return stored;
 }
@@ -109,19 +141,20 @@ StoredDepth DepthReader::fromMovie(FrameNumber frame)
 {
     const io::PlateInfo& info = movie_->info();
     if (!std::binary_search(info.frames.begin(), info.frames.end(), frame))
-        throw Error(ErrorCode::Input, "frame {}: the depth '{}' has frames {} alone", frame, path_,
-                    formatFrameRange(info.frames));
+        throw Error(ErrorCode::Input, "frame {}: the depth '{}' has frames {} alone; --depth-first-frame moves them",
+                    frame, path_, formatFrameRange(info.frames));
     const std::optional<io::PlateFrame> read = movie_->read(frame);
     StoredDepth stored;
     const double full = largestOf(info.bitDepth);
-    stored.full = isPacked_ ? packedFull : full;
+    stored.full = isPacked() ? depth::largestPacked(packing_) : full;
     stored.values = ImageF(info.width, info.height, 1);
     for (int y = 0; y < info.height; ++y)
         for (int x = 0; x < info.width; ++x) {
             const float* rgba = read->pixels.pixel(x, y);
             // Codes are whole numbers; what is near one is one.
-            const double red = std::round(rgba[0] * full), green = std::round(rgba[1] * full);
-            stored.values.at(x, y) = float(isPacked_ ? 256 * red + green : red);
+            const auto code = [&](int channel) { return std::round(rgba[channel] * full); };
+            stored.values.at(x, y) =
+                float(isPacked() ? depth::unpackedDepth(packing_, {code(0), code(1), code(2)}) : code(0));
         }
     return stored;
 }

@@ -1,9 +1,11 @@
 // Stored depth, one frame at a time, out of images and movies, and what of the file it is.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 
+#include "depth/DepthPacking.h"
 #include "io/Plate.h"
 #include "shot/Settings.h"
 
@@ -12,6 +14,8 @@ namespace virga::shot {
 struct StoredDepth {
     ImageF values;    ///< one channel, in the file's units: integers are not scaled to 0..1
     double full = 1;  ///< the largest value of the file's type; 1 for half and float
+    /// From here on a value is sky: 65504 in half files, 1e10 in float ones, none in others.
+    double sky = std::numeric_limits<double>::infinity();
 };
 
 class DepthReader {
@@ -30,11 +34,13 @@ public:
     StoredDepth read(FrameNumber frame);
 
 private:
+    bool isPacked() const { return packing_ != depth::DepthPacking::None; }
     int channelOf(const io::RawImage& image, const std::string& path);
     StoredDepth fromMovie(FrameNumber frame);
 
     std::string path_, channel_;
-    bool isPattern_, isPacked_;
+    bool isPattern_;
+    depth::DepthPacking packing_;
     std::unique_ptr<io::PlateReader> movie_;
     bool saidKind_ = false;
 };

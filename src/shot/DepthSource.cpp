@@ -85,6 +85,7 @@ std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, dou
     if (name == lastName_ && !followsPlate_ && (!needsFocal || focal_px == lastFocal_px_)) return last_;
     const StoredDepth stored = reader_->read(frame);
     options_.full = stored.full;
+    options_.skyStored = stored.sky;
     options_.focal_px = focal_px * stored.values.width() / width_;
     depth::Depth depth = depth::sanitizeDepth(stored.values, options_);
     const depth::DepthCounts& counts = depth.counts;

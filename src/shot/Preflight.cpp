@@ -187,7 +187,10 @@ private:
             else
                 add(goesOn() ? Severity::Warning : Severity::Error, "depth",
                     fmt::format("{}; {} missing", has, describeFrames(missing, "is", "are")),
-                    goesOn() ? "" : "--on-error");
+                    missing.size() == frames_.size() && !io::isFramePattern(s_.depth)
+                        ? fmt::format("--depth-first-frame {}", *std::min_element(frames_.begin(), frames_.end()))
+                    : goesOn() ? ""
+                               : "--on-error");
             const auto usable = std::find_if(frames_.begin(), frames_.end(), [&](FrameNumber frame) {
                 return std::binary_search(there.begin(), there.end(), frame);
             });
@@ -199,6 +202,7 @@ private:
         const StoredDepth stored = depth.read(sample);
         addAll(depthSizeDoubts(stored.values.width(), stored.values.height(), plate()));
         options.full = stored.full;
+        options.skyStored = stored.sky;
         options.focal_px = camera::projectionFromHorizontalFov(stored.values.width(), stored.values.height(),
                                                                glm::radians(s_.fov_deg.value_or(60)))
                                .focal_px;

@@ -68,6 +68,7 @@ struct Settings {
     double depthBaseline_m = 0;
     std::string depthChannel;
     std::string depthPacking = "none";
+    AutoNumber depthFirstFrame;  ///< whole
     AutoNumber depthNoValue;
     std::string ground;
     AutoNumber fog_1_m;

@@ -77,6 +77,45 @@ class Scene(CliTest):
         self.refused(3, ["lossy.mkv", "yuv420p"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "lossy.mkv",
                      "--depth-packing", "rg")
 
+    def test_packedDepth(self):
+        expected = self.picture("--depth", "z.exr")
+        cm = np.round(self.depth * 100).astype(np.uint32)
+        high, low = (cm >> 8) / 255, (cm & 255) / 255
+        self.write("gr.png", np.dstack([low, high, 0 * low]), "uint8")
+        self.same(expected, "--depth", "gr.png", "--depth-packing", "gr", "--depth-scale", "0.01")
+        deep = np.round((self.depth - 0.001) / (1000 - 0.001) * 16777215).astype(np.uint32)
+        words = [(deep >> shift & 255) / 255 for shift in (0, 8, 16)]
+        self.write("carla.png", np.dstack(words), "uint8")
+        self.same(expected, "--depth", "carla.png", "--depth-packing", "bgr", "--depth-range", "0.001,1000")
+        self.write("rgb.png", np.dstack(words[::-1]), "uint8")
+        self.same(expected, "--depth", "rgb.png", "--depth-packing", "rgb", "--depth-range", "0.001,1000")
+        self.refused(3, ["z.exr", "2 channels of 8 bits"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "z.exr",
+                     "--depth-packing", "rg")
+
+    def test_colouredDepthSurvivesACodec(self):
+        expected = self.picture("--depth", "z.exr")
+        hue = np.round((self.depth - 1) / 49 * 1529)
+        circle = [np.clip(np.maximum(510 - hue, hue - 1020), 0, 255), np.clip(510 - np.abs(hue - 510), 0, 255),
+                  np.clip(510 - np.abs(hue - 1020), 0, 255)]
+        frame = np.dstack(circle).astype(np.uint8)
+        self.write("hue.png", frame / 255, "uint8")
+        flags = ["--depth-packing", "hue", "--depth-range", "1,50"]
+        self.same(expected, "--depth", "hue.png", *flags)
+        subprocess.run(["ffmpeg", "-v", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{WIDTH}x{HEIGHT}", "-i", "-",
+                        "-c:v", "libx264", "-crf", "10", "-pix_fmt", "yuv444p", self.path("hue.mkv")],
+                       input=np.stack([frame, frame]).tobytes(), check=True)
+        # Frame 0 of the movie is the shot's frame 1.
+        self.same(expected, "--depth", "hue.mkv", "--depth-first-frame", "1", *flags, within=2e-2)
+        self.refused(2, ["--depth-first-frame", "whole"], "rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "hue.mkv",
+                     "--depth-first-frame", "0.5")
+
+    def test_skyOfHalfFiles(self):
+        millimetres = self.depth * 1000
+        millimetres[:10] = 65504
+        self.write("sky.exr", millimetres, "half", ["Z"])
+        report = self.rain("shot.%04d.exr", "-o", "o.%04d.exr", *RAIN, "--depth", "sky.exr", "--depth-scale", "0.001")
+        self.assertEqual(report["repaired"]["depth_infinite"], 10 * WIDTH)
+
     def test_flagsThatDoNotFit(self):
         plate = ["rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "z.exr"]
         self.refused(2, "--depth-baseline", *plate, "--depth-kind", "disparity")

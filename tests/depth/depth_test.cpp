@@ -304,6 +304,24 @@ TEST(DepthKinds, ZeroDisparityIsSkyAndNegativeIsAHole)
     EXPECT_NEAR(depth.metres.at(2, 0), 2.5, 1e-6);
 }
 
+TEST(DepthKinds, StoredSkyIsSkyInWhateverUnit)
+{
+    ImageF stored(3, 1, 1);
+    stored.at(0, 0) = 2000;
+    stored.at(1, 0) = 65504;
+    stored.at(2, 0) = 65503;
+    DepthOptions o;
+    o.scale = 0.001;
+    o.skyStored = 65504;
+    const Depth depth = sanitizeDepth(stored, o);
+    EXPECT_NEAR(depth.metres.at(0, 0), 2, 1e-6);
+    EXPECT_TRUE(std::isinf(depth.metres.at(1, 0)));
+    EXPECT_NEAR(depth.metres.at(2, 0), 65.503, 1e-3);
+    EXPECT_EQ(depth.counts.infinite, 1);
+    o.kind = DepthKind::Inverse;  // large is near there
+    EXPECT_FALSE(std::isinf(sanitizeDepth(stored, o).metres.at(1, 0)));
+}
+
 TEST(DepthKinds, NumbersThatMeanNothingAreRefused)
 {
     const ImageF stored(2, 2, 1, 1.0f);
