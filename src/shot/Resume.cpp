@@ -6,6 +6,7 @@
 
 #include "core/Error.h"
 #include "core/Parallel.h"
+#include "shot/CameraTrack.h"
 #include "shot/Parameters.h"
 #include "shot/PlateSamples.h"
 
@@ -55,6 +56,24 @@ void addFiles(Fingerprint& print, const std::string& path)
     for (const FrameNumber frame : io::findFrames(path)) print.addFile(io::framePath(path, frame));
 }
 
+/// A frame's shutter closes where the next frames' headers say: all of them count for each.
+void addPlateCamera(Fingerprint& print, const Settings& settings, const io::PlateInfo& plate)
+{
+    std::optional<camera::TrackReading> reading;
+    try {
+        reading = readPlateCamera(settings, plate);
+    } catch (const Error&) {  // said where the shot's track is made
+    }
+    if (!reading) return;
+    for (const auto& [frame, pose] : reading->track.poses()) {
+        print.add(fmt::format("{} {}", frame, pose.verticalFov.value_or(0)));
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec3& axis = pose.worldFromCamera[i];
+            print.add(fmt::format("{} {} {} {}", pose.position[i], axis.x, axis.y, axis.z));
+        }
+    }
+}
+
 }  // namespace
 
 FrameFingerprints::FrameFingerprints(const Settings& s, const io::PlateInfo& plate, bool layers, bool half)
@@ -76,6 +95,9 @@ FrameFingerprints::FrameFingerprints(const Settings& s, const io::PlateInfo& pla
         print.addFile(isPlatePattern_ ? io::framePath(plate_, frame) : plate_);
     for (const std::string* file : {&s.env, &s.lights, &s.mattes, &s.camera, &s.gradeFrom, &s.ocio})
         addFiles(print, *file);
+    for (const char* file : {"/cameras.txt", "/images.txt"})  // of a COLMAP model
+        if (hasCameraFile(s)) addFiles(print, s.camera + file);
+    addPlateCamera(print, s, plate);
     common_ = print.state();
 }
 

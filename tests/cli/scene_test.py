@@ -1,4 +1,5 @@
 """Depth and cameras in the forms in which other programs hand them over: the same scene, the same picture."""
+import os
 import subprocess
 import unittest
 
@@ -115,6 +116,21 @@ class Scene(CliTest):
         self.write("sky.exr", millimetres, "half", ["Z"])
         report = self.rain("shot.%04d.exr", "-o", "o.%04d.exr", *RAIN, "--depth", "sky.exr", "--depth-scale", "0.001")
         self.assertEqual(report["repaired"]["depth_infinite"], 10 * WIDTH)
+
+    def test_resumeSeesTheCameraInTheHeaders(self):
+        pose = np.eye(4)
+        moved = pose.copy()
+        moved[0, 3] = 0.2
+        rain = ["held.%04d.exr", "-o", "kept.%04d.exr", *RAIN, "--resume"]
+        self.plateWithCamera("held.%04d.exr", [{"worldToCamera": pose}] * 2)
+        self.rain(*rain)
+        self.assertEqual(self.rain(*rain)["kept_frames"], 2)
+        before = readImage(self.folder / "kept.0001.exr")[0]
+        stamp = os.stat(self.path("held.0001.exr"))
+        self.plateWithCamera("held.%04d.exr", [{"worldToCamera": pose}, {"worldToCamera": moved}])
+        os.utime(self.path("held.0001.exr"), ns=(stamp.st_atime_ns, stamp.st_mtime_ns))  # the first file is the same
+        self.assertEqual(self.rain(*rain)["kept_frames"], 0)
+        self.assertGreater(np.abs(readImage(self.folder / "kept.0001.exr")[0] - before).max(), 0)
 
     def test_flagsThatDoNotFit(self):
         plate = ["rain", "--quiet", "shot.%04d.exr", "-o", "q.%04d.exr", "--depth", "z.exr"]
