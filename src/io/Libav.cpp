@@ -218,6 +218,12 @@ void rescale(std::vector<std::uint16_t>& line, int fromBits, int toBits)
     for (std::uint16_t& value : line) value = std::uint16_t((value * to + from / 2) / from);
 }
 
+/// Which byte of a row of Y411 (U Y Y V Y Y) holds luma sample x. FFmpeg's description of the format, which knows
+/// evenly spaced samples only, has it wrong.
+int y411Luma(int x) { return 6 * (x / 4) + 1 + x % 4 + (x % 4) / 2; }
+
+bool isY411Luma(const AVFrame& frame, int component) { return frame.format == AV_PIX_FMT_UYYVYY411 && component == 0; }
+
 }  // namespace
 
 void unpack(const AVFrame& frame, const PlanarFormat& format, const PlanarPicture& planes)
@@ -228,9 +234,13 @@ void unpack(const AVFrame& frame, const PlanarFormat& format, const PlanarPictur
     const std::uint8_t* data[4] = {frame.data[0], frame.data[1], frame.data[2], frame.data[3]};
     forEachRow(format, frame.width, frame.height,
                [&](int component, std::size_t plane, int y, std::vector<std::uint16_t>& line) {
-                   av_read_image_line2(line.data(), data, frame.linesize, d, 0, y,
-                                       isPalette ? paletteBytes[component] : component, int(line.size()),
-                                       isPalette ? 1 : 0, 2);
+                   if (isY411Luma(frame, component))
+                       for (int x = 0; x < frame.width; ++x)
+                           line[std::size_t(x)] = frame.data[0][y * frame.linesize[0] + y411Luma(x)];
+                   else
+                       av_read_image_line2(line.data(), data, frame.linesize, d, 0, y,
+                                           isPalette ? paletteBytes[component] : component, int(line.size()),
+                                           isPalette ? 1 : 0, 2);
                    rescale(line, isPalette ? 8 : d->comp[component].depth, format.bits);
                    std::uint8_t* row = planes.planes[plane] + y * planes.strides[plane];
                    if (format.bits > 8)
@@ -254,8 +264,12 @@ void pack(const ConstPlanarPicture& planes, const PlanarFormat& format, AVFrame&
                    else
                        std::copy_n(row, line.size(), line.begin());
                    rescale(line, format.bits, d->comp[component].depth);
-                   av_write_image_line2(line.data(), frame.data, frame.linesize, d, 0, y, component, int(line.size()),
-                                        2);
+                   if (isY411Luma(frame, component))
+                       for (int x = 0; x < frame.width; ++x)
+                           frame.data[0][y * frame.linesize[0] + y411Luma(x)] = std::uint8_t(line[std::size_t(x)]);
+                   else
+                       av_write_image_line2(line.data(), frame.data, frame.linesize, d, 0, y, component,
+                                            int(line.size()), 2);
                });
 }
 
@@ -283,6 +297,7 @@ YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path)
         case AVCOL_SPC_SMPTE170M: return {0.299, 0.114, fullRange};
         case AVCOL_SPC_SMPTE240M: return {0.212, 0.087, fullRange};
         case AVCOL_SPC_BT2020_NCL: return {0.2627, 0.0593, fullRange};
+        case AVCOL_SPC_YCGCO: return {.fullRange = fullRange, .isYCgCo = true};
         default: {
             const char* name = av_color_space_name(AVColorSpace(matrix));
             throw Error(ErrorCode::Input, "{}: its colour matrix {} is not supported", path,

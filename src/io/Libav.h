@@ -82,7 +82,8 @@ PlanarPicture planesOf(const AVFrame& frame);
 
 /// AVCOL_SPC_* that a movie of this size has if it does not say: 601 for standard definition, else 709.
 int guessedMatrix(int width, int height);
-/// Throws Error(Input) naming `path` for matrices that are not weights of R'G'B' (YCgCo, ICtCp, constant luminance).
+/// Throws Error(Input) naming `path` for matrices that are not linear in R'G'B' or not known (ICtCp, constant
+/// luminance).
 YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path);
 
 /// The colour space of ours with this transfer and these primaries (AVCOL_TRC_*, AVCOL_PRI_*, AVCOL_SPC_*), and the

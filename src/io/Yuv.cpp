@@ -124,6 +124,28 @@ VIRGA_SIMD void yuvFromRgb(Matrix m, int count, float* red, float* green, float*
     }
 }
 
+/// ITU-T H.273 equations 50-52, Cg where Cb is and Co where Cr is.
+VIRGA_SIMD void rgbFromYCgCo(int count, float* red, float* green, float* blue)
+{
+    for (int i = 0; i < count; ++i) {
+        const float luma = red[i], cg = blue[i], co = green[i];
+        red[i] = luma - cg + co;
+        green[i] = luma + cg;
+        blue[i] = luma - cg - co;
+    }
+}
+
+/// Equations 47-49, into the same places.
+VIRGA_SIMD void yCgCoFromRgb(int count, float* red, float* green, float* blue)
+{
+    for (int i = 0; i < count; ++i) {
+        const float sum = 0.25f * (red[i] + blue[i]), co = 0.5f * (red[i] - blue[i]), half = 0.5f * green[i];
+        red[i] = half + sum;
+        blue[i] = half - sum;
+        green[i] = co;
+    }
+}
+
 VIRGA_SIMD void interleave(const float* red, const float* green, const float* blue, const float* alpha, int count,
                            float* rgba)
 {
@@ -206,7 +228,10 @@ void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const C
                 repeatChroma(chroma, format.chromaShiftX, width, blue);
                 loadRow(row(2, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
                 repeatChroma(chroma, format.chromaShiftX, width, green);
-                rgbFromYuv(matrix, width, red, green, blue);
+                if (coding.isYCgCo)
+                    rgbFromYCgCo(width, red, green, blue);
+                else
+                    rgbFromYuv(matrix, width, red, green, blue);
             } else if (isGrey) {
                 loadRow(row(0, y), bytes, width, lumaQ, red);
                 std::copy_n(red, width, green);
@@ -261,7 +286,10 @@ void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstIm
                                 storeRow(red, width, lumaQ, bytes, row(2, y));
                                 continue;
                             }
-                            yuvFromRgb(matrix, width, red, green, blue);
+                            if (coding.isYCgCo)
+                                yCgCoFromRgb(width, red, green, blue);
+                            else
+                                yuvFromRgb(matrix, width, red, green, blue);
                             storeRow(red, width, lumaQ, bytes, row(0, y));
                             if (isGrey) continue;
                             addChroma(blue, format.chromaShiftX, width, cbSums);

@@ -69,7 +69,8 @@ const struct {
               {"Rec.709 camera", "Linear Rec.709"}, {"Rec.2020 PQ", "Linear Rec.2020"},
               {"Rec.2020 HLG", "Linear Rec.2020"},  {"raw", "raw"}};
 
-constexpr YuvCoding rec709{0.2126, 0.0722, false}, rec601{0.299, 0.114, false}, rec2020{0.2627, 0.0593, false};
+constexpr YuvCoding rec709{0.2126, 0.0722, false}, rec601{0.299, 0.114, false}, rec2020{0.2627, 0.0593, false},
+    yCgCo{.isYCgCo = true};
 
 // The law of this floor: what nobody touched comes back, in every format, for any codes at all.
 TEST(Yuv, UntouchedCodesComeBackInEveryFormat)
@@ -88,7 +89,7 @@ TEST(Yuv, UntouchedCodesComeBackInEveryFormat)
                     if (hasAlpha)
                         for (std::size_t i = 0; i < in.samples(format.planes() - 1); ++i)
                             in.set(format.planes() - 1, i, std::max(1, in.at(format.planes() - 1, i)));
-                    for (const YuvCoding& matrix : {rec709, rec601, rec2020})
+                    for (const YuvCoding& matrix : {rec709, rec601, rec2020, yCgCo})
                         for (const bool fullRange : {false, true})
                             for (const auto& space : spaces) {
                                 YuvCoding coding = matrix;
@@ -111,7 +112,7 @@ TEST(Yuv, EveryTripleOf8BitCodesComesBack)
     const PlanarFormat format{Family::Yuv, 8, 0, 0, false};
     const auto toLinear = makeColorTransform("sRGB", "Linear Rec.709"),
                toCode = makeColorTransform("Linear Rec.709", "sRGB");
-    for (const YuvCoding& coding : {rec709, YuvCoding{0.299, 0.114, true}})
+    for (const YuvCoding& coding : {rec709, YuvCoding{0.299, 0.114, true}, yCgCo})
         for (int luma = 0; luma < 256; luma += 8) {
             Planes in(format, 1024, 512), out(format, 1024, 512);
             for (std::size_t i = 0; i < in.samples(0); ++i) {
@@ -141,6 +142,23 @@ TEST(Yuv, FollowsTheStandard)
     EXPECT_NEAR(rgba.at(2, 0, 0), 1.0f, 0.02);
     EXPECT_NEAR(rgba.at(2, 0, 1), 0.0f, 0.002);
     EXPECT_NEAR(rgba.at(2, 0, 2), 0.0f, 0.002);
+}
+
+// R'G'B' of full-range codes by ITU-T H.273, equations 47-49: a colour, forwards by hand, is what the planes give.
+TEST(Yuv, YCgCoFollowsTheStandard)
+{
+    const PlanarFormat format{Family::Yuv, 8, 0, 0, false};
+    const double red = 0.8, green = 0.3, blue = 0.1;
+    const double codes[3] = {255 * (0.5 * green + 0.25 * (red + blue)), 128 + 255 * (0.5 * green - 0.25 * (red + blue)),
+                             128 + 255 * 0.5 * (red - blue)};
+    Planes in(format, 1, 1);
+    for (int p = 0; p < 3; ++p) in.set(p, 0, int(std::lround(codes[p])));
+    ImageF rgba(1, 1, 4);
+    planarToLinear(format, {.fullRange = true, .isYCgCo = true}, in.constPicture(), *makeColorTransform("raw", "raw"),
+                   rgba);
+    EXPECT_NEAR(rgba.at(0, 0, 0), red, 1.5 / 255);
+    EXPECT_NEAR(rgba.at(0, 0, 1), green, 1.0 / 255);
+    EXPECT_NEAR(rgba.at(0, 0, 2), blue, 1.5 / 255);
 }
 
 TEST(Yuv, ColourIsMultipliedByAlphaAfterItIsLinear)
