@@ -320,15 +320,29 @@ std::shared_ptr<const ColorTransform> makeColorTransform(const std::string& from
     return ColorConfig::builtIn()->transform(from, to);
 }
 
-ColorClaim chooseColorspace(const ColorConfig& config, const std::string& flag, const std::string& path,
-                            const std::vector<ColorClaim>& said)
+namespace {
+
+ColorClaim weigh(const ColorConfig& config, const std::string& flag, const std::string& path,
+                 const std::vector<ColorClaim>& said)
 {
     if (!flag.empty()) return {config.resolve(flag), "flag"};
     for (const ColorClaim& claim : said)
-        if (!claim.isGuess() && config.knows(claim.colorspace)) return {config.resolve(claim.colorspace), claim.source};
+        if (!claim.isGuess() && config.knows(claim.colorspace))
+            return {config.resolve(claim.colorspace), claim.source, claim.doubt};
     if (const std::string ruled = config.fromFileRules(path); !ruled.empty())
         return {ruled, "file rules of " + config.origin()};
-    return {config.resolve(said.back().colorspace), said.back().source};
+    return {config.resolve(said.back().colorspace), said.back().source, said.back().doubt};
+}
+
+}  // namespace
+
+ColorClaim chooseColorspace(const ColorConfig& config, const std::string& flag, const std::string& path,
+                            const std::vector<ColorClaim>& said)
+{
+    ColorClaim claim = weigh(config, flag, path, said);
+    if (!claim.doubt.empty())
+        log::warning("{}: {}; taken for {}, --colorspace says otherwise", path, claim.doubt, claim.colorspace);
+    return claim;
 }
 
 }  // namespace virga::io

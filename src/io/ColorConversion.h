@@ -64,12 +64,14 @@ std::shared_ptr<const ColorTransform> makeColorTransform(const std::string& from
 /// Which space a picture is in, and who says so.
 struct ColorClaim {
     std::string colorspace;
-    std::string source;  ///< "flag", "metadata: ...", "file rules of ...", "guess: ..."
+    std::string source;   ///< "flag", "metadata: ...", "file rules of ...", "guess: ..."
+    std::string doubt{};  ///< what the file says that is not known or not supported; for a warning
     bool isGuess() const { return source.starts_with("guess"); }
 };
 
 /// The first of: the flag, if it is not empty; what the file itself says; the file rules; the guess.
-/// said  by the file, weightiest first; names that nobody knows are passed over. The last is a guess by the file's kind
+/// said  by the file, weightiest first; names that nobody knows are passed over. The last is a guess by the file's
+/// kind. Warns of a doubt.
 ColorClaim chooseColorspace(const ColorConfig& config, const std::string& flag, const std::string& path,
                             const std::vector<ColorClaim>& said);
 

@@ -46,10 +46,15 @@ std::string spaceOfProfile(const std::string& description)
 
 std::string spaceOfTransfer(const std::string& transfer)
 {
-    if (transfer == "Linear" || transfer == "scene_linear" || transfer == "lin_srgb") return "Linear Rec.709";
+    if (lowerCase(transfer) == "linear" || transfer == "scene_linear" || transfer == "lin_srgb")
+        return "Linear Rec.709";
     if (transfer == "KodakLog") return "Cineon";
     if (transfer == "Rec709") return "sRGB";  // display-referred, see ColorSpaces.h
     if (transfer == "AdobeRGB") return "Adobe RGB";
+    // What sRGB files say for want of a better word (PNG, 2003, 11.3.3.5).
+    if (transfer == "Gamma2.2") return "sRGB";
+    if (transfer == "Gamma2.6") return "Rec.709 gamma 2.6";
+    if (transfer == "Gamma2.8") return "Rec.709 gamma 2.8";
     return transfer;  // a name, perhaps of the user's configuration
 }
 
@@ -65,6 +70,7 @@ std::vector<ColorClaim> colorClaims(const ImageColorWords& words)
     std::vector<ColorClaim> claims;
     if (!words.interopId.empty() && words.interopId != "unknown")
         claims.push_back({spaceOfInteropId(words.interopId), "metadata: colorInteropID " + words.interopId});
+    if (words.cicp) claims.push_back(*words.cicp);
     if (words.isAcesContainer) claims.push_back({primaries::ap0.linearName, "metadata: ACES container"});
     if (const std::string space = spaceOfProfile(words.profile); !space.empty())
         claims.push_back({space, "metadata: ICC profile '" + words.profile + "'"});
@@ -74,16 +80,16 @@ std::vector<ColorClaim> colorClaims(const ImageColorWords& words)
     if (!words.isFloat && !words.transfer.empty())
         claims.push_back({spaceOfTransfer(words.transfer), "metadata: " + words.transfer});
 
-    if (words.isFloat)
-        claims.push_back({primaries::rec709.linearName, words.chromaticities
-                                                            ? "guess: floating point is linear light, its "
-                                                              "chromaticities are none that are known"
-                                                            : "guess: floating point is linear light"});
-    else if (words.hasProfile)
-        claims.push_back({"sRGB", "guess: integer pixels, and an ICC profile that is not known" +
-                                      (words.profile.empty() ? "" : ", '" + words.profile + "'")});
-    else
-        claims.push_back({"sRGB", "guess: integer pixels of a picture"});
+    ColorClaim guess{"sRGB", "guess: integer pixels of a picture"};
+    if (words.isFloat) {
+        guess = {primaries::rec709.linearName, "guess: floating point is linear light"};
+        if (words.chromaticities) guess.doubt = "its chromaticities are of no space that is known";
+    } else if (words.hasProfile) {
+        guess.doubt = "its ICC profile '" + words.profile + "' is not known";
+    } else if (!words.transfer.empty()) {
+        guess.doubt = "its transfer '" + words.transfer + "' is not known";
+    }
+    claims.push_back(guess);
     return claims;
 }
 

@@ -18,6 +18,7 @@
 #include "core/Parallel.h"
 #include "io/AtomicFile.h"
 #include "io/ImageColor.h"
+#include "io/Libav.h"
 #include "io/PngCheck.h"
 
 namespace virga::io {
@@ -104,6 +105,7 @@ ImageColorWords colorWordsOf(const ImageInput& input, const std::string& path)
     words.profile = spec.get_string_attribute("ICCProfile:profile_description");
     words.hasProfile = spec.find_attribute("ICCProfile") != nullptr;
     words.transfer = spec.get_string_attribute("oiio:ColorSpace");
+    if (const auto cicp = cicpOfPng(path)) words.cicp = libav::colorClaimOf((*cicp)[1], (*cicp)[0], (*cicp)[2]);
     // OpenImageIO says so of every picture that is silent; the file itself does in its Exif block or in a PNG's chunk.
     const bool isSaid = spec.get_int_attribute("Exif:ColorSpace") == 1 ||
                         (std::string_view(input.format_name()) == "png" && !isPngWithoutColorspace(path));

@@ -355,14 +355,18 @@ ColorClaim colorClaimOf(int transfer, int primaries, int matrix)
     const bool hasPrimaries = primaries != AVCOL_PRI_UNSPECIFIED && primaries != AVCOL_PRI_RESERVED0;
     const std::optional<Curve> curve = curveOf(transfer);
     const Primaries* known = primariesOf(primaries);
-    std::string source;
+    std::string source, doubt;
     const auto add = [&](bool isTagged, bool isKnown, const char* name, const char* what) {
         if (!isTagged) return;
-        source += (source.empty() ? "metadata: " : ", ") + std::string(name != nullptr ? name : "unknown") + " " + what;
-        if (!isKnown) source += " (not supported)";
+        source +=
+            fmt::format("{}{} {}", source.empty() ? "metadata: " : ", ", name != nullptr ? name : "unknown", what);
+        if (isKnown) return;
+        source += " (not supported)";
+        doubt += fmt::format("{}its {} {}", doubt.empty() ? "" : ", ", what, name != nullptr ? name : "unknown");
     };
     add(hasTransfer, curve.has_value(), av_color_transfer_name(AVColorTransferCharacteristic(transfer)), "transfer");
     add(hasPrimaries, known != nullptr, av_color_primaries_name(AVColorPrimaries(primaries)), "primaries");
+    if (!doubt.empty()) doubt += " cannot be converted";
     if (known == nullptr && matrix == AVCOL_SPC_BT2020_NCL) {  // nobody else uses it
         known = &primaries::rec2020;
         add(true, true, av_color_space_name(AVColorSpace(matrix)), "matrix");
@@ -370,7 +374,7 @@ ColorClaim colorClaimOf(int transfer, int primaries, int matrix)
     if (source.empty()) source = "guess: video that does not say";
     const NamedSpace* space =
         findOwnColorspace(curve.value_or(Curve::Srgb), known != nullptr ? *known : primaries::rec709);
-    return {space->name, source};
+    return {space->name, source, doubt};
 }
 
 ColorTags tagsOf(const NamedSpace* space)

@@ -64,7 +64,12 @@ std::optional<std::string> damageOfPng(const std::string& path)
     }
 }
 
-bool isPngWithoutColorspace(const std::string& path)
+namespace {
+
+/// Calls look(type, file) at the data of each chunk before the pixels, until it says that it has seen enough. False if
+/// the file is no PNG or ends before its pixels.
+template <class Look>
+bool lookAtChunks(const std::string& path, const Look& look)
 {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error)) return false;
@@ -74,13 +79,36 @@ bool isPngWithoutColorspace(const std::string& path)
     if (!read() || head != pngSignature) return false;
     while (read()) {
         const std::string type(reinterpret_cast<const char*>(head.data()) + 4, 4);
-        if (type == "IDAT") return true;
-        for (const char* word : {"sRGB", "gAMA", "cHRM", "iCCP", "cICP"}) {
-            if (type == word) return false;
-        }
-        file.seekg(std::streamoff(bigEndian(head.data())) + 4, std::ios::cur);
+        const auto data = file.tellg();
+        if (type == "IDAT" || look(type, file)) return true;
+        file.seekg(data + std::streamoff(bigEndian(head.data())) + std::streamoff(4));
     }
     return false;
+}
+
+}  // namespace
+
+bool isPngWithoutColorspace(const std::string& path)
+{
+    bool isSaid = false;
+    const bool isPng = lookAtChunks(path, [&](const std::string& type, std::istream&) {
+        for (const char* word : {"sRGB", "gAMA", "cHRM", "iCCP", "cICP"}) isSaid = isSaid || type == word;
+        return isSaid;
+    });
+    return isPng && !isSaid;
+}
+
+std::optional<std::array<int, 3>> cicpOfPng(const std::string& path)
+{
+    std::optional<std::array<int, 3>> found;
+    lookAtChunks(path, [&](const std::string& type, std::istream& file) {
+        std::array<char, 4> data{};
+        if (type != "cICP" || !file.read(data.data(), data.size())) return false;
+        found = {static_cast<std::uint8_t>(data[0]), static_cast<std::uint8_t>(data[1]),
+                 static_cast<std::uint8_t>(data[2])};
+        return true;
+    });
+    return found;
 }
 
 }  // namespace virga::io

@@ -311,15 +311,16 @@ TEST(Color, ClaimsOfAFileAreWeighed)
     const auto config = ColorConfig::builtIn();
     const auto chosen = [&](const ImageColorWords& words, const std::string& flag = {}) {
         const ColorClaim claim = chooseColorspace(*config, flag, "picture", colorClaims(words));
-        return claim.colorspace + ", " + claim.source;
+        return claim.colorspace + ", " + claim.source + (claim.doubt.empty() ? "" : "; " + claim.doubt);
     };
     const std::array<float, 8> ap1 = {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f};
     const std::array<float, 8> strange = {0.6f, 0.3f, 0.2f, 0.7f, 0.1f, 0.1f, 0.3f, 0.3f};
     EXPECT_EQ(chosen({}), "sRGB, guess: integer pixels of a picture");
     EXPECT_EQ(chosen({.isFloat = true}), "Linear Rec.709, guess: floating point is linear light");
     EXPECT_EQ(chosen({.isFloat = true, .chromaticities = ap1}), "ACEScg, metadata: chromaticities");
-    EXPECT_EQ(chosen({.isFloat = true, .chromaticities = strange}),
-              "Linear Rec.709, guess: floating point is linear light, its chromaticities are none that are known");
+    EXPECT_EQ(
+        chosen({.isFloat = true, .chromaticities = strange}),
+        "Linear Rec.709, guess: floating point is linear light; its chromaticities are of no space that is known");
     EXPECT_EQ(chosen({.isFloat = true, .interopId = "lin_p3d65_scene", .chromaticities = ap1}),
               "Linear P3-D65, metadata: colorInteropID lin_p3d65_scene");
     EXPECT_EQ(chosen({.isFloat = true, .interopId = "studio:secret", .chromaticities = ap1}),
@@ -329,8 +330,13 @@ TEST(Color, ClaimsOfAFileAreWeighed)
     EXPECT_EQ(chosen({.profile = "Display P3", .hasProfile = true, .transfer = "sRGB"}),
               "Display P3, metadata: ICC profile 'Display P3'");
     EXPECT_EQ(chosen({.profile = "Scanner 3", .hasProfile = true}),
-              "sRGB, guess: integer pixels, and an ICC profile that is not known, 'Scanner 3'");
+              "sRGB, guess: integer pixels of a picture; its ICC profile 'Scanner 3' is not known");
     EXPECT_EQ(chosen({.transfer = "KodakLog"}), "Cineon, metadata: KodakLog");
+    EXPECT_EQ(chosen({.transfer = "Gamma2.2"}), "sRGB, metadata: Gamma2.2");
+    EXPECT_EQ(chosen({.transfer = "Gamma1.8"}),
+              "sRGB, guess: integer pixels of a picture; its transfer 'Gamma1.8' is not known");
+    EXPECT_EQ(chosen({.cicp = ColorClaim{"Rec.2020 PQ", "metadata: pq"}, .profile = "Display P3", .hasProfile = true}),
+              "Rec.2020 PQ, metadata: pq");
     EXPECT_EQ(chosen({.transfer = "Linear"}), "Linear Rec.709, metadata: Linear");
     EXPECT_EQ(chosen({.transfer = "KodakLog"}, "logc4"), "ARRI LogC4, flag");
 }
