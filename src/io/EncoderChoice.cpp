@@ -248,10 +248,36 @@ constexpr AVPixelFormat y4mFormats[] = {
     AV_PIX_FMT_YUV420P12, AV_PIX_FMT_YUV422P12, AV_PIX_FMT_YUV444P12, AV_PIX_FMT_YUV420P14, AV_PIX_FMT_YUV422P14,
     AV_PIX_FMT_YUV444P14, AV_PIX_FMT_YUV420P16, AV_PIX_FMT_YUV422P16, AV_PIX_FMT_YUV444P16};
 
+/// Uncompressed pixels that QuickTime has names for, AVI, and Matroska.
+constexpr AVPixelFormat rawMovFormats[] = {AV_PIX_FMT_UYVY422, AV_PIX_FMT_YUYV422,  AV_PIX_FMT_RGB24,
+                                           AV_PIX_FMT_ARGB,    AV_PIX_FMT_RGB48BE, AV_PIX_FMT_GRAY16BE};
+constexpr AVPixelFormat rawAviFormats[] = {AV_PIX_FMT_YUV420P, AV_PIX_FMT_YUV422P, AV_PIX_FMT_UYVY422,
+                                           AV_PIX_FMT_YUYV422, AV_PIX_FMT_GRAY8,   AV_PIX_FMT_BGR24,
+                                           AV_PIX_FMT_BGRA};
+constexpr AVPixelFormat rawMatroskaFormats[] = {AV_PIX_FMT_YUV420P, AV_PIX_FMT_YUV422P, AV_PIX_FMT_UYVY422,
+                                                AV_PIX_FMT_YUYV422, AV_PIX_FMT_GRAY8,   AV_PIX_FMT_RGBA};
+
+/// Every other container calls uncompressed pixels by FFmpeg's names; what has none cannot be read again.
+std::vector<AVPixelFormat> namedRawFormats()
+{
+    std::vector<AVPixelFormat> result;
+    for (const AVPixFmtDescriptor* p = nullptr; (p = av_pix_fmt_desc_next(p)) != nullptr;)
+        if (const AVPixelFormat format = av_pix_fmt_desc_get_id(p);
+            avcodec_pix_fmt_to_codec_tag(format) != 0 && samplesOf(format))
+            result.push_back(format);
+    return result;
+}
+
 /// What the encoder takes into this container, by the plain names; empty: anything.
 std::vector<AVPixelFormat> formatsOf(const AVOutputFormat& container, const AVCodec& encoder)
 {
     if (isMuxer(container, "yuv4mpegpipe")) return {std::begin(y4mFormats), std::end(y4mFormats)};
+    if (encoder.id == AV_CODEC_ID_RAWVIDEO) {
+        if (isMuxer(container, "mov")) return {std::begin(rawMovFormats), std::end(rawMovFormats)};
+        if (isMuxer(container, "avi")) return {std::begin(rawAviFormats), std::end(rawAviFormats)};
+        if (isMuxer(container, "matroska")) return {std::begin(rawMatroskaFormats), std::end(rawMatroskaFormats)};
+        return namedRawFormats();
+    }
     std::vector<AVPixelFormat> result;
     for (const AVPixelFormat* p = encoder.pix_fmts; p != nullptr && *p != AV_PIX_FMT_NONE; ++p)
         if (samplesOf(*p)) result.push_back(*p);

@@ -46,6 +46,7 @@ struct MovieOrigin {
     bool keepsTime = true;            ///< false if the user set another rate: the file's own times do not hold
     int codecId = 0, profile = 0, pixelFormat = 0;
     int range = 0, primaries = 0, transfer = 0, matrix = 0, chromaLocation = 0;  ///< as tagged
+    bool isPlain = false;   ///< every packet of the stream is one frame, whole, at a time stamp of its own
     bool isTurned = false;  ///< rows became columns by the display matrix
     int fieldOrder = 0;     ///< of the pictures as they are handed out: AV_FIELD_*
     std::string timecode;   ///< of frame `firstFrame`, "01:00:00:00"; empty if there is none

@@ -6,8 +6,6 @@ extern "C" {
 #include <libavutil/dict.h>
 }
 
-#include <string_view>
-
 #include <algorithm>
 #include <string_view>
 
@@ -39,37 +37,34 @@ bool isSameFamily(const AVFormatContext& plate, const MovieOutput& output)
 
 }  // namespace
 
-std::string copyMovie(const std::string& path, const PlateReader& plate, const std::string& container)
+MovieCopyResult copyMoviePackets(const std::string& path, const MovieOrigin& origin, const std::string& container,
+                                 const std::function<bool(std::size_t)>& goesOn)
 {
-    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
-    const MovieOrigin* origin = reader != nullptr ? reader->source().movie() : nullptr;
-    if (origin == nullptr || !origin->keepsTime) return "the plate's time stamps do not hold";
-    const Input movie = openPlateMovie(origin->path);
-    if (!movie) return "the plate cannot be opened again";
+    const Input movie = openPlateMovie(origin.path);
+    if (!movie) return {"the plate cannot be opened again"};
     MovieOutput output(path, container);
-    const AVStream& pictures = *movie->streams[origin->streamIndex];
+    const AVStream& pictures = *movie->streams[origin.streamIndex];
     if (!isSameFamily(*movie, output) ||
         avformat_query_codec(output.context().oformat, pictures.codecpar->codec_id, FF_COMPLIANCE_NORMAL) == 0)
-        return "it goes into another container";
+        return {"it goes into another container"};
 
-    StreamCopy copy(*origin, output, StreamCopy::Pictures::Copied);
+    StreamCopy copy(origin, output, StreamCopy::Pictures::Copied);
     copyFileMetadata(*movie, output.context());
-    if (!origin->timecode.empty())
+    if (!origin.timecode.empty())
         av_dict_set(output.isMatroska() ? &output.context().metadata : &output.context().streams[0]->metadata,
-                    "timecode", origin->timecode.c_str(), 0);
-    const std::int64_t zero = std::min(origin->containerStart, origin->times[0].start);
-    const double tick = double(origin->timeBase.num) / origin->timeBase.den;
+                    "timecode", origin.timecode.c_str(), 0);
+    const std::int64_t zero = std::min(origin.containerStart, origin.times[0].start);
+    const double tick = double(origin.timeBase.num) / origin.timeBase.den;
     copyChapters(*movie, output.context(), double(zero) * tick, std::nullopt);
     output.open();
     copy.begin(zero, std::nullopt);
-    output.begin(origin->timeBase.num == 1 && origin->timeBase.den >= 1000 ? origin->timeBase.den : 0);
+    output.begin(origin.timeBase.num == 1 && origin.timeBase.den >= 1000 ? origin.timeBase.den : 0);
     std::size_t copied = 0;
     copy.copyWithPictures(
-        std::nullopt, [](std::int64_t) { return true; }, [&](std::int64_t) { ++copied; }, [] { return true; });
-    // Pictures that an edit list hides, and fields in packets of their own, are more packets than frames.
-    if (copied != origin->times.size()) return "an edit list hides some of its pictures";
+        std::nullopt, [](std::int64_t) { return true; }, [&](std::int64_t) { ++copied; },
+        [&] { return copied == 0 || goesOn(copied); });
     output.finish();
-    return "";
+    return {"", copied};
 }
 
 }  // namespace virga::io

@@ -206,6 +206,7 @@ MovieDescription describeMovie(const MovieInput& input, const PictureIndex& inde
     movie.info.isMovie = true;
     for (const int stream : videoStreamsOf(*input.container()))
         movie.info.videoStreams.push_back(wordsFor(*input.container()->streams[stream]));
+    movie.origin.isPlain = index.isPlain;
     movie.origin.path = input.path();
     movie.origin.streamIndex = input.streamIndex();
     movie.origin.timecode = findTimecode(input);

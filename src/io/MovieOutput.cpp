@@ -107,8 +107,11 @@ MovieOutput::MovieOutput(const std::string& path, const std::string& container)
     AVFormatContext* context = nullptr;
     if (avformat_alloc_output_context2(&context, format, nullptr, path.c_str()) < 0) throw std::bad_alloc();
     context_.reset(context);
-    context->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;  // deep Y4M
-    context->flush_packets = 1;                                 // what was muxed is in the file if we are killed
+    // Y4M deeper than 8 bits and FLAC in MP4 are standards that FFmpeg still calls young; elsewhere leniency makes files
+    // that nobody can read.
+    if (is("yuv4mpegpipe")) context->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;
+    if (is("mp4")) context->strict_std_compliance = FF_COMPLIANCE_EXPERIMENTAL;
+    context->flush_packets = 1;  // what was muxed is in the file if we are killed
 }
 
 bool MovieOutput::is(const char* muxer) const { return std::strcmp(context_->oformat->name, muxer) == 0; }

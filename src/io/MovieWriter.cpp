@@ -38,6 +38,11 @@ public:
     {
         if (options.layers)
             throw Error(ErrorCode::InvalidArgument, "{}: only EXR files hold layers; name the output .exr", path);
+        if (output_.is("yuv4mpegpipe") && origin != nullptr && origin->keepsTime && origin->isVariableRate)
+            throw Error(ErrorCode::InvalidArgument,
+                        "{}: y4m has one rate, the plate's varies; .mkv, .mov and .mp4 keep its time stamps, --fps "
+                        "gives it one",
+                        path);
         if (plate.isStill) log::detail("{}: a movie of one frame", path);
         chooseTimeBase();
         if (origin_ != nullptr) movie_ = openPlateMovie(origin_->path);

@@ -84,6 +84,7 @@ PictureIndex listPictures(MovieInput& input)
     for (const libav::Packet packet = libav::makePacket(); input.read(*packet); av_packet_unref(packet.get())) {
         if (!isShown(*packet, parameters.codec_id)) {
             hidesPictures = true;
+            index.isPlain = false;
             continue;
         }
         Picture picture;
@@ -92,6 +93,7 @@ PictureIndex listPictures(MovieInput& input)
         picture.duration = packet->duration;
         picture.isKey = (packet->flags & AV_PKT_FLAG_KEY) != 0;
         picture.isDamaged = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
+        index.isPlain = index.isPlain && !picture.isDamaged;
         if (picture.time == AV_NOPTS_VALUE) index.countsPictures = true;
         if (parameters.codec_id == AV_CODEC_ID_FFV1 && pictures.size() < 4)
             index.hasChecksums =
@@ -112,6 +114,7 @@ PictureIndex listPictures(MovieInput& input)
     }
     if (index.countsPictures) {
         for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i].time = std::int64_t(i);
+        index.isPlain = false;
         return index;
     }
     std::stable_sort(pictures.begin(), pictures.end(),
@@ -119,6 +122,7 @@ PictureIndex listPictures(MovieInput& input)
     // The second field of a picture may come in a packet of its own.
     const auto twins = std::unique(pictures.begin(), pictures.end(),
                                    [](const Picture& a, const Picture& b) { return a.time == b.time; });
+    index.isPlain = index.isPlain && twins == pictures.end();
     pictures.erase(twins, pictures.end());
     return index;
 }

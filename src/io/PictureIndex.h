@@ -20,6 +20,7 @@ struct Picture {
 struct PictureIndex {
     std::vector<Picture> pictures;  ///< in the order of showing, without those that an edit list hides
     bool countsPictures = false;    ///< no time stamps: pictures are counted, and reached from the start alone
+    bool isPlain = true;            ///< every packet is one of `pictures`, whole, and its time stamp is its own
     bool hasChecksums = false;      ///< FFV1 packets that carry a CRC
 
     /// The last key picture that is shown at `index` or before, `earlier` keys before that one; null before the first.

@@ -102,6 +102,16 @@ void checkPlateWriter(const std::string& path, const PlateReader& plate, const W
         createSequenceWriter(path, plate.info(), originOf(plate), options);
 }
 
+MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::string& container,
+                          const std::function<bool(std::size_t)>& goesOn)
+{
+    checkNames(path, plate.info(), {});
+    const MovieOrigin* origin = originOf(plate);
+    if (origin == nullptr || !origin->keepsTime) return {"the plate's time stamps do not hold"};
+    if (!origin->isPlain) return {"not every packet of it is a frame that is whole and shown at its own time"};
+    return copyMoviePackets(path, *origin, container, goesOn);
+}
+
 std::shared_ptr<const ColorTransform> describeColor(PlateInfo& info, const ReadOptions& options,
                                                     const std::vector<ColorClaim>& said)
 {

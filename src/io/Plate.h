@@ -163,10 +163,16 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
 /// Throws what createPlateWriter would, and neither makes nor removes a file.
 void checkPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options);
 
+struct MovieCopyResult {
+    std::string obstacle;    ///< why nothing was copied, and no file made; empty if it was
+    std::size_t frames = 0;  ///< copied, from the first one on
+};
 /// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged,
-/// with what createPlateWriter's would hold beside the pictures. Empty if it is done; else why it cannot be, and no
-/// file. Throws Error(Output) as createPlateWriter does.
-std::string copyMovie(const std::string& path, const PlateReader& plate, const std::string& container);
+/// with what createPlateWriter's would hold beside the pictures. Nothing is decoded: damage goes along, as does the
+/// display matrix of a plate that is turned to be shown. goesOn(frames copied) is asked before each group of pictures;
+/// false ends the movie there. Throws Error(Output) as createPlateWriter does.
+MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::string& container,
+                          const std::function<bool(std::size_t copied)>& goesOn);
 
 /// An image file as it is: all channels, no colour conversion. For depth ("Z"), mattes, panoramas' raw values.
 struct RawImage {

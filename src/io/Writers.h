@@ -21,6 +21,10 @@ std::unique_ptr<PlateWriter> createSequenceWriter(const std::string& path, const
 void checkMovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin,
                       const WriteOptions& options);
 
+/// copyMovie, whose names have been checked.
+MovieCopyResult copyMoviePackets(const std::string& path, const MovieOrigin& origin, const std::string& container,
+                                 const std::function<bool(std::size_t copied)>& goesOn);
+
 /// The space that pictures go out in if nobody asked for one: the plate's own where the file can hold it; its linear
 /// light in floating point files; its linear light with the sRGB curve in files of integers or movies.
 std::string defaultOutputColorspace(const PlateInfo& plate, bool outputIsFloat);

@@ -79,12 +79,22 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     refuseWritingOverInputs(settings, options, frames);
     if (isThePlate(settings, options, plate, frames)) {
         const Timer clock;
-        const std::string obstacle = io::copyMovie(options.output, *reader, settings.container);
+        Progress state;
+        state.total = frames.size();
+        bool goesOn = true;
+        const auto [obstacle, copied] =
+            io::copyMovie(options.output, *reader, settings.container, [&](std::size_t count) {
+                state.done = count;
+                state.frame = frames[count - 1];
+                state.seconds = clock.seconds();
+                return goesOn = progress(state) == Verdict::Continue;
+            });
         if (obstacle.empty()) {
             RainReport report;
             report.plate = plate;
             report.plan = planFrame(settings, {}, false);
-            report.frames = frames;
+            report.frames.assign(frames.begin(), frames.begin() + std::ptrdiff_t(copied));
+            report.stopped = !goesOn;
             report.seconds = clock.seconds();
             report.startSeconds = start.seconds() - report.seconds;
             report.isStreamCopy = true;

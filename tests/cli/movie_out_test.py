@@ -27,6 +27,9 @@ LOSSLESS = [
     ("HuffYUV", "ffvhuff", [], ["yuv420p", "yuv422p10", "yuva444p"], "mkv"),
     ("UT Video", "utvideo", [], ["yuv420p", "yuv422p", "yuv444p", "gbrp", "gbrap"], "mkv"),
     ("raw", "rawvideo", [], ["yuv420p", "yuv444p10", "rgb24", "rgba", "uyvy422"], "nut"),
+    ("raw", "rawvideo", [], ["yuv422p", "uyvy422", "rgb24", "rgb48be", "gray16"], "mov"),
+    ("raw", "rawvideo", [], ["yuv420p", "yuv422p", "gray", "rgb24", "rgba"], "avi"),
+    ("raw", "rawvideo", [], ["yuv420p", "yuv422p", "gray", "rgba"], "mkv"),
     ("PNG", "png", [], ["rgb24", "rgba", "rgb48be"], "mov"),
     ("QuickTime Animation", "qtrle", [], ["rgb24", "argb"], "mov"),
 ]
@@ -176,6 +179,46 @@ class Beside(CliTest):
                 self.checkBeside(self.folder / result, self.folder / name)
                 self.assertEqual(streamHashes(self.folder / result), streamHashes(self.folder / name))
                 self.assertEqual(frameTimes(self.folder / result), frameTimes(self.folder / name))
+
+    def test_copyKeepsThePlate(self):
+        (self.folder / "link.mkv").symlink_to("plate.mkv")
+        for output in ("plate.mkv", "./plate.mkv", "link.mkv"):
+            self.refused(5, [output, "the plate itself"], "rain", "--quiet", "plate.mkv", "-o", output, *OFF)
+        self.refused(5, "the folder none does not exist", "rain", "--quiet", "plate.mkv", "-o", "none/out.mkv", *OFF)
+
+    def test_whatAnEditListHidesIsNotCopied(self):
+        ffmpeg("-ss", "0.3", "-i", self.folder / "plate.mov", "-map", "0:v", "-c", "copy", self.folder / "edited.mov")
+        frames = int(probe(self.folder / "edited.mov")["nb_read_frames"])
+        self.assertFalse(self.rain("edited.mov", "-o", "out.mov", *OFF)["stream_copied"])
+        self.assertEqual(int(probe(self.folder / "out.mov")["nb_read_frames"]), frames)
+        piped = subprocess.run([VIRGA, "rain", "--quiet", "edited.mov", "-o", "-", "--container", "mp4", *OFF], cwd=self.folder,
+                               capture_output=True, timeout=120)
+        (self.folder / "piped.mp4").write_bytes(piped.stdout)
+        self.assertEqual(int(probe(self.folder / "piped.mp4")["nb_read_frames"]), frames)
+        decoded = subprocess.run(["ffmpeg", "-v", "error", "-i", self.path("piped.mp4"), "-f", "null", "-"], capture_output=True)
+        self.assertEqual(decoded.stderr, b"")
+
+    def test_turnedPlateIsCopiedWithItsTurn(self):
+        ffmpeg("-i", self.folder / "plate.mov", "-map", "0:v", "-c", "copy", "-metadata:s:v:0", "rotate=90",
+               self.folder / "turned.mov")
+        turn = lambda name: [d.get("rotation") for d in probe(self.folder / name).get("side_data_list", [])]
+        self.assertEqual(len(turn("turned.mov")), 1)
+        self.assertTrue(self.rain("turned.mov", "-o", "out.mov", *OFF)["stream_copied"])
+        self.assertEqual(turn("out.mov"), turn("turned.mov"))
+        self.rain("turned.mov", "-o", "out.mov", *ENCODE)
+        self.assertEqual((turn("out.mov"), probe(self.folder / "out.mov")["width"]), ([], 48))
+
+    def test_soundOfMp4(self):
+        ffmpeg("-f", "lavfi", "-i", "testsrc2=s=64x48:r=25:d=0.4", "-f", "lavfi", "-i", "sine=d=0.4", "-c:a", "flac", "-strict", "-2",
+               self.folder / "flac.mp4")
+        self.rain("flac.mp4", "-o", "out.mp4", *ENCODE)
+        self.assertEqual(packetTable(self.folder / "out.mp4", "a:0"), packetTable(self.folder / "flac.mp4", "a:0"))
+
+    def test_variableRateNeedsTimeStamps(self):
+        ffmpeg("-f", "lavfi", "-i", "testsrc2=s=64x48:r=25:d=0.8", "-vf", "select='not(eq(mod(n,5),2))'", "-fps_mode", "vfr",
+               self.folder / "vfr.mkv")
+        self.refused(2, ["out.y4m", "varies", "--fps"], "rain", "--quiet", "vfr.mkv", "-o", "out.y4m", *OFF)
+        self.rain("vfr.mkv", "-o", "out.y4m", *OFF, "--fps", "25")
 
     def test_copiedOnlyIfNothingElseIsAsked(self):
         for flags in (["--codec", "ffv1"], ["--quality", "20"], ["--frames", "0-10"], ["--fps", "30"], ["--preview", "p.png"],
