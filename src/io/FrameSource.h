@@ -8,6 +8,9 @@
 
 #include "io/ColorConversion.h"
 #include "io/Plate.h"
+#include "io/Yuv.h"
+
+struct AVFrame;
 
 namespace virga::io {
 
@@ -20,8 +23,9 @@ struct Attribute {
 };
 
 struct FrameExtras {
-    std::string fileFormat;             ///< "openexr", "png"; empty for movies
-    std::vector<Attribute> attributes;  ///< of image files
+    std::string fileFormat;                ///< "openexr", "png"; empty for movies
+    std::vector<Attribute> attributes;     ///< of image files
+    std::shared_ptr<const AVFrame> codes;  ///< Pixels::Codes: the picture as decoded, of MovieOrigin::pixelFormat
 };
 
 struct Rational {
@@ -46,6 +50,7 @@ struct MovieOrigin {
     bool keepsTime = true;            ///< false if the user set another rate: the file's own times do not hold
     int codecId = 0, profile = 0, pixelFormat = 0;
     int range = 0, primaries = 0, transfer = 0, matrix = 0, chromaLocation = 0;  ///< as tagged
+    YuvCoding coding;       ///< what the codes mean, by tags or guess
     bool isPlain = false;   ///< every packet of the stream is one frame, whole, at a time stamp of its own
     bool isTurned = false;  ///< rows became columns by the display matrix
     int fieldOrder = 0;     ///< of the pictures as they are handed out: AV_FIELD_*
@@ -58,7 +63,7 @@ public:
     virtual ~FrameSource() = default;
     virtual const PlateInfo& info() const = 0;
     /// Throws Error(Input) naming file and frame if it is missing or damaged.
-    virtual PlateFrame load(FrameNumber number) = 0;
+    virtual PlateFrame load(FrameNumber number, Pixels pixels) = 0;
     /// How many threads may be in load() at once.
     virtual int parallelLoads() const { return 1; }
     /// The movie, or null for images.

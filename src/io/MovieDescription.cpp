@@ -135,6 +135,7 @@ void describeTags(const MovieInput& input, const AVFrame* first, MovieDescriptio
              origin.matrix == AVCOL_SPC_RGB)
         origin.matrix = guessedMatrix(movie.info.width, movie.info.height);
     movie.coding = yuvCoding(origin.matrix, origin.range == AVCOL_RANGE_JPEG, input.name());
+    origin.coding = movie.coding;
 }
 
 /// Start and duration of every frame; whether they are regular.

@@ -42,7 +42,7 @@ public:
     const PlateInfo& info() const override { return movie_.info; }
     const MovieOrigin* movie() const override { return &movie_.origin; }
 
-    PlateFrame load(FrameNumber number) override
+    PlateFrame load(FrameNumber number, Pixels pixels) override
     {
         const MovieOrigin& origin = movie_.origin;
         const FrameNumber index = number - origin.firstFrame;
@@ -54,8 +54,13 @@ public:
         frame.time_s = origin.keepsTime ? double(origin.times[std::size_t(index)].start - origin.times[0].start) *
                                               origin.timeBase.value()
                                         : double(index) / movie_.info.fps;
-        frame.pixels = convert(*picture(std::size_t(index)));
-        frame.extras = std::make_shared<FrameExtras>();
+        Frame decoded = picture(std::size_t(index));
+        auto extras = std::make_shared<FrameExtras>();
+        if (pixels == Pixels::Codes && movie_.orientation.isIdentity())
+            extras->codes = std::move(decoded);
+        else
+            frame.pixels = convert(*decoded);
+        frame.extras = std::move(extras);
         return frame;
     }
 

@@ -31,6 +31,8 @@ using namespace libav;
 
 namespace {
 
+constexpr int rowAlignment = 32;  // [bytes]
+
 class MovieWriter final : public PlateWriter {
 public:
     MovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin, const WriteOptions& options)
@@ -77,6 +79,12 @@ public:
 
     /// Makes the file; everything else is checked by then.
     void open() { output_.open(); }
+
+    bool takesCodes() const override
+    {
+        return origin_ != nullptr && withoutRangeName(format_.pixelFormat) == origin_->pixelFormat &&
+               format_.coding == origin_->coding && format_.colorspace == plate_.colorspace;
+    }
 
     void write(RenderedFrame frame) override
     {
@@ -189,18 +197,67 @@ private:
 
     AVRational plateTimeBase() const { return {origin_->timeBase.num, origin_->timeBase.den}; }
 
-    void encode(const RenderedFrame& rendered)
+    Frame emptyPicture() const
+    {
+        Frame frame = makeFrame();
+        frame->format = format_.pixelFormat;
+        frame->width = plate_.width;
+        frame->height = plate_.height;
+        if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
+        return frame;
+    }
+
+    Frame codedPicture(const RenderedFrame& rendered)
     {
         if (rendered.beauty.width() != plate_.width || rendered.beauty.height() != plate_.height ||
             rendered.beauty.channels() != 4)
             throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}",
                         rendered.number, rendered.beauty.width(), rendered.beauty.height(), rendered.beauty.channels(),
                         plate_.width, plate_.height);
+        Frame frame = emptyPicture();
+        if (isPlanar(format_.pixelFormat)) {
+            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, planesOf(*frame));
+        } else {
+            if (!unpacked_) unpacked_ = std::make_unique<PlanarBuffer>(format_.planar, plate_.width, plate_.height);
+            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, unpacked_->picture());
+            pack(asConst(unpacked_->picture()), format_.planar, *frame);
+        }
+        return frame;
+    }
+
+    /// The decoder's samples with nothing of what it said about them. Encoders read rows in steps that cropping at the
+    /// left, or a decoder's own memory, may not be aligned to; those are copied.
+    Frame samePicture(const AVFrame& decoded) const
+    {
+        bool isAligned = true;
+        for (int plane = 0; plane < AV_NUM_DATA_POINTERS && decoded.data[plane] != nullptr; ++plane)
+            isAligned = isAligned && reinterpret_cast<std::uintptr_t>(decoded.data[plane]) % rowAlignment == 0 &&
+                        decoded.linesize[plane] % rowAlignment == 0;
+        if (!isAligned) {
+            Frame frame = emptyPicture();
+            frame->format = decoded.format;
+            if (av_frame_copy(frame.get(), &decoded) < 0) throw std::bad_alloc();
+            return frame;
+        }
+        Frame frame = makeFrame();
+        frame->width = decoded.width;
+        frame->height = decoded.height;
+        for (int plane = 0; plane < AV_NUM_DATA_POINTERS; ++plane) {
+            frame->data[plane] = decoded.data[plane];
+            frame->linesize[plane] = decoded.linesize[plane];
+            if (decoded.buf[plane] == nullptr) continue;
+            frame->buf[plane] = av_buffer_ref(decoded.buf[plane]);
+            if (frame->buf[plane] == nullptr) throw std::bad_alloc();
+        }
+        return frame;
+    }
+
+    void encode(const RenderedFrame& rendered)
+    {
         if (!lastTime_) begin(rendered.number);
-        const Frame frame = makeFrame();
-        frame->format = format_.pixelFormat;
-        frame->width = plate_.width;
-        frame->height = plate_.height;
+        const bool isCoded = rendered.beauty.empty() && rendered.extras && rendered.extras->codes;
+        const Frame frame = isCoded ? samePicture(*rendered.extras->codes) : codedPicture(rendered);
+        frame->format = format_.pixelFormat;  // the same samples may have another name: yuvj420p
         frame->color_range = encoder_->color_range;
         frame->color_primaries = encoder_->color_primaries;
         frame->color_trc = encoder_->color_trc;
@@ -209,15 +266,6 @@ private:
         frame->sample_aspect_ratio = encoder_->sample_aspect_ratio;
         frame->interlaced_frame = format_.isInterlaced;
         frame->top_field_first = format_.isTopFirst;
-        if (av_frame_get_buffer(frame.get(), 0) < 0) throw std::bad_alloc();
-        if (isPlanar(format_.pixelFormat)) {
-            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, planesOf(*frame));
-        } else {
-            if (!unpacked_) unpacked_ = std::make_unique<PlanarBuffer>(format_.planar, plate_.width, plate_.height);
-            linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, unpacked_->picture());
-            pack(asConst(unpacked_->picture()), format_.planar, *frame);
-        }
-
         frame->pts = nextTime(rendered.number);
         lastTime_ = frame->pts;
         lastFrame_ = rendered.number;

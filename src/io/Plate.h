@@ -86,6 +86,13 @@ struct PlateFrame {
     std::string repaired;  ///< empty, or a sentence: "held from frame 12: ..."
 };
 
+/// As what the pixels of a frame are asked for.
+enum class Pixels {
+    Light,  ///< as PlateFrame says
+    Codes,  ///< as the file has them, for PlateWriter::takesCodes alone: the image is empty, the codes are in `extras`.
+            ///< Frames that have no such codes (images, movies that are turned to be shown) come as light all the same
+};
+
 /// Reads frames by number, ahead of time on its own threads when they are asked for in the order of `schedule`.
 class PlateReader {
 public:
@@ -93,7 +100,7 @@ public:
     virtual const PlateInfo& info() const = 0;
 
     /// Frames that will be asked for, in order: lets the reader decode ahead and skip what nobody wants.
-    virtual void schedule(const std::vector<FrameNumber>& frames) = 0;
+    virtual void schedule(const std::vector<FrameNumber>& frames, Pixels pixels = Pixels::Light) = 0;
 
     /// The frame, or nothing if it is damaged and OnError::Skip is set. Throws Error(Input) naming file and frame.
     virtual std::optional<PlateFrame> read(FrameNumber number) = 0;
@@ -133,7 +140,7 @@ struct Layer {
 
 struct RenderedFrame {
     FrameNumber number = 0;
-    ImageF beauty;  ///< RGBA
+    ImageF beauty;  ///< RGBA; empty if it is the plate frame in Pixels::Codes
     std::vector<Layer> layers;
     std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
 };
@@ -147,6 +154,8 @@ struct RenderedFrame {
 class PlateWriter {
 public:
     virtual ~PlateWriter() = default;
+    /// Whether the plate's codes can be encoded as they are, which gives what their light would, sooner.
+    virtual bool takesCodes() const { return false; }
     /// May block while earlier frames are being encoded. Throws Error(Output) for this or an earlier frame.
     virtual void write(RenderedFrame frame) = 0;
     /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C. Without any frame

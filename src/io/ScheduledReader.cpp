@@ -32,10 +32,11 @@ public:
     const PlateInfo& info() const override { return source_->info(); }
     const FrameSource& source() const override { return *source_; }
 
-    void schedule(const std::vector<FrameNumber>& frames) override
+    void schedule(const std::vector<FrameNumber>& frames, Pixels pixels) override
     {
         stopThreads();
         schedule_ = frames;
+        pixels_ = pixels;
         next_ = claimed_ = 0;
         loaded_.clear();
         stopping_ = false;
@@ -84,10 +85,10 @@ private:
         Loaded result;
         try {
             if (source_->parallelLoads() > 1) {
-                result.frame = source_->load(number);
+                result.frame = source_->load(number, pixels_);
             } else {
                 const std::lock_guard oneAtATime(sourceMutex_);
-                result.frame = source_->load(number);
+                result.frame = source_->load(number, pixels_);
             }
         } catch (...) {
             result.problem = std::current_exception();
@@ -165,6 +166,7 @@ private:
     std::condition_variable changed_;
     std::vector<std::thread> threads_;
     std::vector<FrameNumber> schedule_;
+    Pixels pixels_ = Pixels::Light;
     std::size_t next_ = 0;     // index in the schedule of the frame that is asked for next
     std::size_t claimed_ = 0;  // index of the first frame that no thread has taken on
     std::map<std::size_t, Loaded> loaded_;

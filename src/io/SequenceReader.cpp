@@ -31,7 +31,7 @@ public:
     const PlateInfo& info() const override { return info_; }
     int parallelLoads() const override { return int(std::clamp(std::thread::hardware_concurrency(), 1u, 4u)); }
 
-    PlateFrame load(FrameNumber number) override
+    PlateFrame load(FrameNumber number, Pixels) override
     {
         if (!std::binary_search(info_.frames.begin(), info_.frames.end(), number))
             throw Error(ErrorCode::Input, "{}: frame {} is missing", pathOf(number), number);

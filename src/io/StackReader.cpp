@@ -21,7 +21,7 @@ public:
         if (info_.height % options.stack != 0)
             throw Error(ErrorCode::Input, "{}: {} rows cannot be a stack of {} frames", path, info_.height,
                         options.stack);
-        stack_ = image->load(info_.frames.front());
+        stack_ = image->load(info_.frames.front(), Pixels::Light);
         const FrameNumber first = info_.frames.front();
         info_.isStill = false;
         info_.height /= options.stack;
@@ -32,7 +32,7 @@ public:
     const PlateInfo& info() const override { return info_; }
     int parallelLoads() const override { return 2; }
 
-    PlateFrame load(FrameNumber number) override
+    PlateFrame load(FrameNumber number, Pixels) override
     {
         const FrameNumber k = number - info_.frames.front();
         if (k < 0 || k >= FrameNumber(info_.frames.size()))

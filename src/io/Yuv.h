@@ -35,6 +35,8 @@ struct YuvCoding {
            kb = 0.0722;      ///< weight of red and blue in luma: BT.709 (601: 0.299, 0.114; 2020: 0.2627, 0.0593)
     bool fullRange = false;  ///< 0..2^bits-1, else 16..235 and 16..240 scaled to the bits
     bool isYCgCo = false;    ///< planes are Y Cg Co (equations 47-52) and have no weights: kr and kb are not used
+
+    bool operator==(const YuvCoding&) const = default;
 };
 
 template <class Byte>

@@ -136,7 +136,8 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     report.startSeconds = start.seconds();
 
     ContactSheet sheet(options.preview, frames);
-    reader->schedule(frames);
+    const bool isUntouched = compositor.plan().isPassThrough() && options.preview.empty();
+    reader->schedule(frames, isUntouched && writer->takesCodes() ? io::Pixels::Codes : io::Pixels::Light);
     const Timer clock;
     Progress state;
     state.total = frames.size();

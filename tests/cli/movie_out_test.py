@@ -85,11 +85,13 @@ class Encoders(CliTest):
                         plate = self.plate(pixelFormat, arguments=["-color_range", rangeName])
                         own = probe(plate)["pix_fmt"]
                         compared = "gbrp" if own == "bgr0" else own
-                        self.rain(plate, "-o", f"out.{container}", *ENCODE, "--codec", encoder, *flags)
-                        result = self.folder / f"out.{container}"
-                        # yuvj420p is yuv420p of full range; asking for the other name would convert it.
-                        same = "yuvj" + own[3:] if probe(result)["pix_fmt"].startswith("yuvj") else compared
-                        self.assertEqual(codes(result, same), codes(plate, compared))
+                        # As decoded, and, where somebody looks at the light, from there and back.
+                        for way in ([], ["--preview", "sheet.png"]):
+                            self.rain(plate, "-o", f"out.{container}", *ENCODE, "--codec", encoder, *flags, *way)
+                            result = self.folder / f"out.{container}"
+                            # yuvj420p is yuv420p of full range; asking for the other name would convert it.
+                            same = "yuvj" + own[3:] if probe(result)["pix_fmt"].startswith("yuvj") else compared
+                            self.assertEqual(codes(result, same), codes(plate, compared), way)
                         note(direction="through", codec=codec, pixel_format=pixelFormat, container=container, range=rangeName,
                              max_error_codes=0)
 
