@@ -22,6 +22,7 @@
 #include "particles/RainField.h"
 #include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
+#include "passes/CpuRenderer.h"
 #include "passes/LightPass.h"
 #include "passes/SplashPass.h"
 #include "passes/StrokePass.h"
@@ -93,6 +94,53 @@ void describeEverything(shared::FrameConstants& constants, const Case& c)
     constants.lut = {0.02f, 1, 33, 0};
 }
 
+shared::FrameConstants constantsOf(const Case& c, const particles::Exposure& exposure,
+                                   const particles::Visibility& visibility)
+{
+    shared::FrameConstants constants{};
+    constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
+    const float focal = float(exposure.projection.focal_px);
+    constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
+    constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1.0f};
+    constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
+    constants.picture = {c.width, c.height, 0, 0};
+    if (c.everything) describeEverything(constants, c);
+    return constants;
+}
+
+/// The same without OpenGL, where that can draw it.
+void runOnCpu(const Case& c, const Options& options, const passes::Features& features,
+              const particles::RainField& field, particles::Exposure exposure, const particles::Visibility& visibility)
+{
+    if (!passes::CpuRenderer::draws(features)) return;
+    passes::CpuRenderer renderer(c.width, c.height, features, matte::makeOscillatingDropAtlas(1));
+    const ImageF depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
+    renderer.setDepth(depth);
+    renderer.setFogTable(std::vector<float>(256, 0.05f));
+    renderer.setDropRadiance(white, white);
+    std::map<std::string, std::vector<double>> times;
+    double cpu = 0;
+    ImageF beauty;
+    for (int f = 0; f < options.frames + 2; ++f) {
+        if (f == 2) cpu = cpuSeconds();
+        exposure.open_s = f / 24.0;
+        const Timer list;
+        const particles::CellList cells = field.cellsInView(exposure, visibility);
+        const double list_ms = list.milliseconds();
+        beauty = ImageF(c.width, c.height, 4, 0.05f);
+        const Timer all;
+        renderer.render(beauty, constantsOf(c, exposure, visibility), cells);
+        if (f < 2) continue;
+        for (const auto& [name, ms] : renderer.passMs()) times[name].push_back(ms);
+        times["all"].push_back(all.milliseconds() + list_ms);
+        times["cells"].push_back(list_ms);
+    }
+    if (!options.picture.empty()) writePicture(options.picture + ".cpu.ppm", beauty);
+    std::printf("%-34s strokes %8zu |", (std::string(c.name) + " without GL").c_str(), renderer.strokeCount());
+    for (const auto& [name, values] : times) std::printf(" %s %.2f ms", name.c_str(), median(values));
+    std::printf(" | all processors %.1f ms a frame\n", 1e3 * (cpuSeconds() - cpu) / options.frames);
+}
+
 void run(const Case& c, const gl::Context& context, const Options& options)
 {
     if (!options.only.empty() && options.only != c.name) return;
@@ -149,14 +197,7 @@ void run(const Case& c, const gl::Context& context, const Options& options)
         const particles::CellList cells = field.cellsInView(exposure, visibility);
         const double list_ms = list.milliseconds();
 
-        shared::FrameConstants constants{};
-        constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
-        const float focal = float(exposure.projection.focal_px);
-        constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
-        constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1.0f};
-        constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
-        constants.picture = {c.width, c.height, 0, 0};
-        if (c.everything) describeEverything(constants, c);
+        shared::FrameConstants constants = constantsOf(c, exposure, visibility);
         strokes.describe(constants, cells);
         targets.setConstants(constants);
         targets.bind();
@@ -193,6 +234,7 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     std::printf("%-34s strokes %8zu of %8zu drops in %zu cells |", c.name, drawn, listed, cellCount);
     for (const auto& [name, values] : times) std::printf(" %s %.2f ms", name.c_str(), median(values));
     std::printf(" | all processors %.1f ms a frame\n", 1e3 * (cpuSeconds() - cpu) / frames);
+    runOnCpu(c, options, features, field, exposure, visibility);
 }
 
 }  // namespace

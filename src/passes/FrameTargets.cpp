@@ -1,9 +1,10 @@
 #include "passes/FrameTargets.h"
 
 #include <cassert>
-#include <glm/gtc/constants.hpp>
 #include <glm/packing.hpp>
 #include <limits>
+
+#include "passes/LightGrid.h"
 
 namespace virga::passes {
 namespace {
@@ -43,7 +44,7 @@ FrameTargets::FrameTargets(int width, int height, const Features& features)
     if (features.rain) accumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.splashes) splashAccumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.depth) depth_ = pictureTexture(GL_R32F, width, height);
-    if (features.light()) makeLightGrid(16);
+    if (features.light()) makeLightGrid(coarsestLightGrid);
     if (features.blur) {
         blurA = pictureTexture(GL_RGBA32F, width, height);
         blurB = pictureTexture(GL_RGBA32F, width, height);
@@ -73,11 +74,8 @@ void FrameTargets::setConstants(const shared::FrameConstants& constants)
 
 void FrameTargets::fitLightGrid()
 {
-    constexpr int coarsest = 16, finest = 4;
     if (!dropRadiance_ || !(frame_.lens.x > 0)) return;
-    const float mapPixel = 2 * glm::pi<float>() / float(dropRadiance_.width());  // [rad]
-    int step = coarsest;
-    while (step > finest && float(step) / frame_.lens.x > mapPixel) step /= 2;
+    const int step = passes::lightGridStep(dropRadiance_.width(), frame_.lens.x);
     if (step != lightGridStep()) makeLightGrid(step);
 }
 

@@ -9,30 +9,10 @@
 #include "core/Image.h"
 #include "gl/Objects.h"
 #include "gl/Program.h"
+#include "passes/Features.h"
 #include "passes/SharedFrame.h"
 
 namespace virga::passes {
-
-/// What a shot needs: decides which passes, buffers and shader variants exist (docs/design.md, "Skip").
-struct Features {
-    bool rain = false;
-    bool fog = false;
-    bool depth = false;     ///< a depth for each pixel
-    bool splashes = false;  ///< needs depth
-    bool blur = false;
-    bool darken = false;
-    bool colorTransfer = false;
-    bool boost = false;         ///< background boost
-    bool lights = false;        ///< lamps in the scene
-    bool layers = false;        ///< rain, splash, fog, plate beside the beauty
-    bool cameraMotion = false;  ///< the camera moves while the shutter is open
-    bool software = false;      ///< the device is Mesa's software renderer: barriers are dear, atomics are not
-    bool nearest = false;       ///< depth and motion of the nearest stroke; needs rain
-
-    bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
-    bool lowPass() const { return boost || fog; }           ///< something needs the smooth background too
-    bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }
-};
 
 /// Bindings, as common_frame.glsl and the passes name them.
 enum TextureUnit : unsigned {
@@ -96,9 +76,7 @@ public:
     gl::Texture plate, blurA, blurB;
     gl::Texture lightGrid, lowPassGrid;  ///< see pass_light.comp
 
-    /// Pixels from one node of the light grid to the next: 16, 8 or 4, the first in which the radiance map moves on by
-    /// no more than a pixel of its own. Maps of smooth light are coarse and so are their grids; a sun's rainbow has a
-    /// fine map and asks for a fine grid.
+    /// See LightGrid.h [px].
     int lightGridStep() const { return int(frame_.lights.y); }
     gl::Buffer nearestDepth, nearestMotion;
 

@@ -5,37 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "passes/StrokeMattes.h"
+
 namespace virga::passes {
 namespace {
 
 /// Footprints up to this are walked by one invocation; more rows or columns are shared by a work group [px^2].
 constexpr float largestSmallFootprint = 1024;
-
-/// Prefix sums scaled to end at 1: a stroke deposits what its drop covers, whatever its matte.
-std::vector<float> normalisedPrefix(const matte::StrokeAtlas& atlas)
-{
-    std::vector<float> prefix = atlas.alongPrefix;
-    const std::size_t row = std::size_t(atlas.height) + 1;
-    for (std::size_t first = 0; first < prefix.size(); first += row) {
-        const float total = prefix[first + row - 1];
-        for (std::size_t k = 0; k < row; ++k) prefix[first + k] /= total;
-    }
-    return prefix;
-}
-
-/// Each row of each matte scaled to a mean of 1: how the row's mass is spread across.
-std::vector<float> rowDensities(const matte::StrokeAtlas& atlas)
-{
-    std::vector<float> densities(atlas.layers.values().begin(), atlas.layers.values().end());
-    for (std::size_t first = 0; first < densities.size(); first += std::size_t(atlas.width)) {
-        float sum = 0;
-        for (int u = 0; u < atlas.width; ++u) sum += densities[first + std::size_t(u)];
-        for (int u = 0; u < atlas.width; ++u)
-            densities[first + std::size_t(u)] =
-                sum > 0 ? densities[first + std::size_t(u)] * float(atlas.width) / sum : 1;
-    }
-    return densities;
-}
 
 gl::Defines definesOf(const Features& features, std::initializer_list<const char*> more = {})
 {

@@ -7,27 +7,20 @@
 #include <fstream>
 #include <glm/gtc/constants.hpp>
 #include <glm/trigonometric.hpp>
-#include <numbers>
 #include <sstream>
 
 #include "core/Error.h"
 #include "core/Log.h"
 #include "core/Parallel.h"
 #include "core/Timer.h"
-#include "gl/Context.h"
-#include "gl/PassTimer.h"
 #include "grade/ColorTransfer.h"
-#include "optics/DropTransfer.h"
 #include "particles/RainField.h"
-#include "passes/BlurPass.h"
-#include "passes/CompositePass.h"
-#include "passes/LightPass.h"
 #include "passes/SplashPass.h"
-#include "passes/StrokePass.h"
 #include "shot/AtlasFile.h"
 #include "shot/CameraTrack.h"
 #include "shot/DepthSource.h"
 #include "shot/LightsFile.h"
+#include "shot/PictureRenderer.h"
 #include "shot/RainModel.h"
 #include "shot/ShotLight.h"
 
@@ -66,20 +59,6 @@ std::size_t repairPixels(ImageF& image)
     return repaired;
 }
 
-/// D(theta) for R, G, B at equal steps of theta from 0 to pi, each averaged over a step: a lamp is a degree or so wide.
-std::vector<float> ringTransferTable()
-{
-    constexpr int steps = 256;
-    std::vector<float> table(3 * steps);
-    for (std::size_t c = 0; c < 3; ++c) {
-        const optics::RingTransfer ring({.index = optics::waterIndex[c]});
-        for (int i = 0; i < steps; ++i)
-            table[3 * std::size_t(i) + c] =
-                float(ring.mean((i + 0.5) * std::numbers::pi / steps, 0.5 * std::numbers::pi / steps));
-    }
-    return table;
-}
-
 }  // namespace
 
 camera::Pose standingPose(const Settings& settings)
@@ -110,17 +89,9 @@ struct Compositor::Impl {
     std::vector<SceneLight> lamps;
     grade::ColorLut lut;
 
-    // Destroyed in reverse order: GL objects before their context.
-    std::optional<gl::Context> context;
-    std::optional<passes::FrameTargets> targets;
-    std::optional<passes::LightPass> lightPass;
-    std::optional<passes::StrokePass> strokes;
-    std::optional<passes::SplashPass> splashes;
-    std::optional<passes::BlurPass> blur;
-    std::optional<passes::CompositePass> composite;
-    std::optional<gl::PassTimer> timer;
-    std::shared_ptr<const depth::Depth> uploadedDepth;
-    double fogTableFocal = -1;  // focal length that the uploaded table was made for [px]
+    std::unique_ptr<PictureRenderer> renderer;
+    std::shared_ptr<const depth::Depth> usedDepth;
+    double fogTableFocal = -1;  // focal length that the table in use was made for [px]
 
     camera::Projection projectionAt(const camera::Pose& pose) const;
     particles::Exposure exposureAt(FrameNumber frame) const;
@@ -128,11 +99,11 @@ struct Compositor::Impl {
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
     environment::PlateView viewOf(ConstImageViewF plate, FrameNumber frame) const;
     void makeLight(const std::vector<PlateSamples::Frame>& samples);
-    void uploadLamps(const particles::Exposure& exposure);
-    void uploadFog(const particles::Exposure& exposure);
-    void uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
-    void openDevice(const CompositorOptions& options);
-    std::vector<io::Layer> readLayers() const;
+    void setLamps(const particles::Exposure& exposure);
+    void setFog(const particles::Exposure& exposure);
+    void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
+    void openRenderer(const CompositorOptions& options);
+    std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
 };
 
 camera::Projection Compositor::Impl::projectionAt(const camera::Pose& pose) const
@@ -235,16 +206,16 @@ void Compositor::Impl::makeLight(const std::vector<PlateSamples::Frame>& samples
     log::detail("light from the {}", statistics.lightSource);
 }
 
-void Compositor::Impl::uploadLamps(const particles::Exposure& exposure)
+void Compositor::Impl::setLamps(const particles::Exposure& exposure)
 {
     std::vector<shared::PointLight> fromCamera;
     for (const SceneLight& lamp : lamps)
         fromCamera.push_back({glm::vec4(glm::vec3(lamp.position - exposure.poseAtOpen.position), float(lamp.radius_m)),
                               glm::vec4(glm::vec3(lamp.intensity), 0.0f)});
-    targets->uploadLights(fromCamera);
+    renderer->setLamps(fromCamera);
 }
 
-void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
+void Compositor::Impl::setFog(const particles::Exposure& exposure)
 {
     if (fogTableFocal == exposure.projection.focal_px) return;
     fogTableFocal = exposure.projection.focal_px;
@@ -265,38 +236,27 @@ void Compositor::Impl::uploadFog(const particles::Exposure& exposure)
         }
     });
     statistics.fogExtinction_1_m = extinctionAround(exposure);
-    targets->uploadFogTable(table);
+    renderer->setFogTable(table);
 }
 
-void Compositor::Impl::uploadDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate)
+void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate)
 {
     const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate);
-    if (now == uploadedDepth) return;
-    targets->uploadDepth(now->metres);
+    if (now == usedDepth) return;
+    renderer->setDepth(now->metres);
     statistics.depthCounts = now->counts;
     statistics.depthResampled = now->resampled;
-    uploadedDepth = now;
+    usedDepth = now;
 }
 
-void Compositor::Impl::openDevice(const CompositorOptions& options)
+void Compositor::Impl::openRenderer(const CompositorOptions& options)
 {
-    context.emplace(options.device);
-    statistics.device = context->device().renderer;
-    plan.features.software = context->device().isSoftware;
-    const passes::Features& features = plan.features;
-    targets.emplace(shot.width, shot.height, features);
-    if (features.rain)
-        strokes.emplace(
-            features, settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed)) : loadAtlas(settings.mattes),
-            options.shaderFolder);
-    if (features.light()) lightPass.emplace(features, options.shaderFolder);
-    if (features.splashes) splashes.emplace(features, options.shaderFolder);
-    if (features.blur) blur.emplace(features, options.shaderFolder);
-    composite.emplace(features, options.shaderFolder);
-    if (features.lights) targets->uploadRingTransfer(ringTransferTable());
-    if (features.colorTransfer) targets->uploadLut(lut.size, lut.rgb);
-    timer.emplace();
-    context->check("opening the passes");
+    const matte::StrokeAtlas atlas = !plan.features.rain       ? matte::StrokeAtlas{}
+                                     : settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
+                                                               : loadAtlas(settings.mattes);
+    renderer =
+        makePictureRenderer({shot.width, shot.height, plan.features, atlas, lut, options.device, options.shaderFolder});
+    statistics.device = renderer->device();
 }
 
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
@@ -324,29 +284,27 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
     if (m.plan.features.light()) m.makeLight(samples.forLight);
     if (m.plan.features.lights) m.lamps = readLights(settings.lights);
     if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
-    m.openDevice(options);
+    m.openRenderer(options);
 }
 
 Compositor::~Compositor() = default;
 const FramePlan& Compositor::plan() const { return impl_->plan; }
 const CompositorStatistics& Compositor::statistics() const { return impl_->statistics; }
 
-std::vector<io::Layer> Compositor::Impl::readLayers() const
+std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
 {
-    using passes::FrameTargets;
-    const passes::Features& features = plan.features;
-    const std::vector<std::string> rgba = {"R", "G", "B", "A"};
-    const auto read = [&](const char* name, bool exists, FrameTargets::LayerIndex index) {
-        return io::Layer{name, rgba, exists ? targets->readLayer(index) : ImageF(shot.width, shot.height, 4)};
-    };
     std::vector<io::Layer> layers;
-    layers.push_back(read("rain", features.rain, FrameTargets::LayerIndex::Rain));
-    layers.push_back(read("splash", features.splashes, FrameTargets::LayerIndex::Splash));
-    layers.push_back(read("fog", features.fog, FrameTargets::LayerIndex::Fog));
-    layers.push_back(read("plate", true, FrameTargets::LayerIndex::Plate));
-    if (features.nearest) {
-        layers.push_back({"rain", {"Z"}, targets->readNearestDepth(), true});
-        layers.push_back({"rain.motion", {"x", "y"}, targets->readNearestMotion(), true});
+    const auto add = [&](const char* name, ImageF& image) {
+        layers.push_back(
+            {name, {"R", "G", "B", "A"}, image.empty() ? ImageF(shot.width, shot.height, 4) : std::move(image)});
+    };
+    add("rain", drawn.rain);
+    add("splash", drawn.splash);
+    add("fog", drawn.fog);
+    add("plate", drawn.plate);
+    if (plan.features.nearest) {
+        layers.push_back({"rain", {"Z"}, std::move(drawn.nearestDepth), true});
+        layers.push_back({"rain.motion", {"x", "y"}, std::move(drawn.nearestMotion), true});
     }
     return layers;
 }
@@ -373,46 +331,30 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     };
     const particles::Exposure exposure = m.exposureAt(plate.number);
     particles::CellList cells;
-    shared::FrameConstants constants = m.constantsFor(exposure);
-    if (features.rain) {
+    if (features.rain)
         timed("cells", [&] { cells = m.rain->field().cellsInView(exposure, m.rain->visibility(exposure)); });
-        m.strokes->describe(constants, cells);
-    }
-    timed("upload", [&] {
+    timed("inputs", [&] {
         statistics.repairedPixels += repairPixels(plate.pixels);
-        m.targets->uploadPlate(plate.pixels);
-        if (features.depth) m.uploadDepth(plate.number, exposure, plate.pixels);
-        if (features.fog) m.uploadFog(exposure);
-        if (features.lights) m.uploadLamps(exposure);
-        m.targets->setConstants(constants);
+        if (features.depth) m.setDepth(plate.number, exposure, plate.pixels);
+        if (features.fog) m.setFog(exposure);
+        if (features.lights) m.setLamps(exposure);
     });
     if (m.light)
         timed("environment", [&] {
             if (m.light->update(plate.number, m.viewOf(plate.pixels, plate.number)))
-                m.targets->uploadDropRadiance(m.light->radiance(), m.light->lowPassBackground());
+                m.renderer->setDropRadiance(m.light->radiance(), m.light->lowPassBackground());
             statistics.lightOrder = m.light->order();
             statistics.lightRemainder = m.light->remainder();
             statistics.lightCount = m.light->lightCount();
         });
-
-    m.targets->bind();
-    m.timer->begin();
-    const auto mark = [&](const char* name) { m.timer->mark(name); };
-    if (features.light()) m.lightPass->run(*m.targets, glm::mat3(m.light->environmentFromWorld())), mark("light");
-    if (features.blur) m.blur->run(*m.targets), mark("blur");
-    if (features.splashes) m.splashes->run(*m.targets), mark("splashes");
-    if (features.rain) m.strokes->run(*m.targets, cells, *m.timer);
-    m.composite->run(*m.targets);
-    mark("composite");
-    for (const auto& [name, ms] : m.timer->collect()) statistics.passMs[name] += ms;
-
-    timed("read-back", [&] {
-        out.beauty = m.targets->readBeauty();
-        if (features.layers) out.layers = m.readLayers();
-        if (features.rain) statistics.strokes += m.strokes->strokeCount();
-        if (features.splashes) statistics.splashes += m.splashes->splashCount();
-    });
-    m.context->check("rendering");
+    const glm::mat3 environmentFromWorld(m.light ? m.light->environmentFromWorld() : glm::dmat3(1.0));
+    DrawnPicture drawn =
+        m.renderer->render(std::move(plate.pixels), m.constantsFor(exposure), cells, environmentFromWorld);
+    for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
+    statistics.strokes += drawn.strokes;
+    statistics.splashes += drawn.splashes;
+    if (features.layers) out.layers = m.layersOf(drawn);
+    out.beauty = std::move(drawn.beauty);
     statistics.renderSeconds += clock.seconds();
     return out;
 }

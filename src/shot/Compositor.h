@@ -25,13 +25,13 @@ struct Shot {
 
 struct CompositorOptions {
     Wanted wanted;
-    std::string device = "auto";  ///< see gl::Context
+    std::string device = "auto";  ///< see makePictureRenderer
     std::string shaderFolder;     ///< see gl::loadShader
 };
 
 /// What happened, for the report.
 struct CompositorStatistics {
-    std::string device;                    ///< GL_RENDERER; empty if no GL was opened
+    std::string device;                    ///< see PictureRenderer; empty if nothing is drawn
     std::map<std::string, double> passMs;  ///< summed over the frames
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
@@ -48,7 +48,7 @@ struct CompositorStatistics {
 /// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.
 class Compositor {
 public:
-    /// Reads track, mattes, environment and stills, makes the plan and, unless it is a pass-through, opens GL.
+    /// Reads track, mattes, environment and stills, makes the plan and, unless it is a pass-through, opens the device.
     /// samples: a few frames of the plate for its light and the colour transfer. Without those for the light each frame
     /// is lit by itself; without those for the colour transfer there must be none.
     /// Throws Error naming the setting or file.

@@ -41,6 +41,19 @@ inline ImageF opaque(int width, int height, float r, float g, float b)
     return image;
 }
 
+inline Features onSoftware(Features features)
+{
+    features.software = true;
+    return features;
+}
+inline const matte::StrokeAtlas& atlas(float liveliness)
+{
+    static const matte::StrokeAtlas lively = matte::makeOscillatingDropAtlas(1);
+    static const matte::StrokeAtlas plain =
+        matte::makeOscillatingDropAtlas(1, {.groups = 1, .variants = 2, .liveliness = 0});
+    return liveliness > 0 ? lively : plain;
+}
+
 class Picture {
 public:
     Picture(int width, int height, Features wanted, float liveliness = 1)
@@ -118,19 +131,6 @@ public:
     shared::FrameConstants constants{};
 
 private:
-    static Features onSoftware(Features features)
-    {
-        features.software = true;
-        return features;
-    }
-    static const matte::StrokeAtlas& atlas(float liveliness)
-    {
-        static const matte::StrokeAtlas lively = matte::makeOscillatingDropAtlas(1);
-        static const matte::StrokeAtlas plain =
-            matte::makeOscillatingDropAtlas(1, {.groups = 1, .variants = 2, .liveliness = 0});
-        return liveliness > 0 ? lively : plain;
-    }
-
     std::optional<LightPass> light_;
     std::optional<StrokePass> strokes_;
     std::optional<BlurPass> blur_;

@@ -1,0 +1,187 @@
+#include "passes/CpuComposite.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/Lanes.h"
+#include "core/Parallel.h"
+#include "sh/Panorama.h"
+
+namespace virga::passes::cpu {
+namespace {
+
+using lanes::Float;
+
+/// One pixel, RGBA.
+typedef float Pixel __attribute__((vector_size(16)));
+
+VIRGA_INLINE Pixel loadPixel(const float* p)
+{
+    Pixel result;
+    std::memcpy(&result, p, sizeof result);
+    return result;
+}
+VIRGA_INLINE void storePixel(const Pixel& pixel, float* p) { std::memcpy(p, &pixel, sizeof pixel); }
+VIRGA_INLINE Pixel withAlpha(const Pixel& light, float alpha)
+{
+    return Pixel{light[0], light[1], light[2], 1.0f} * alpha;
+}
+
+/// A row of a light grid at the height of one row of pixels.
+void interpolateRow(const ImageF& grid, float at, std::vector<float>& row)
+{
+    const int top = std::min(int(at), grid.height() - 1), bottom = std::min(top + 1, grid.height() - 1);
+    const float t = at - float(top);
+    row.resize(std::size_t(grid.width() + 1) * 4);
+    for (int i = 0; i < 4 * grid.width(); ++i)
+        row[std::size_t(i)] = grid.row(top)[i] + (grid.row(bottom)[i] - grid.row(top)[i]) * t;
+    std::copy_n(row.end() - 8, 4, row.end() - 4);  // held beyond the last node
+}
+
+VIRGA_INLINE Pixel between(const std::vector<float>& row, std::size_t node, float t)
+{
+    const Pixel left = loadPixel(row.data() + 4 * node), right = loadPixel(row.data() + 4 * node + 4);
+    return left + (right - left) * t;
+}
+
+/// What eight pixels have of fog and rain.
+struct Coverage {
+    float fogAlpha[lanes::count], rainAlpha[lanes::count], rainClear[lanes::count];
+    bool isAny = false;
+};
+
+VIRGA_INLINE void readSums(const Frame& frame, const BandSums& band, int x, int y, int pixels, Coverage& out)
+{
+    float depths[lanes::count] = {}, weighted[lanes::count] = {};
+    const std::uint32_t* sums =
+        band.sums.data() +
+        (std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x)) * std::size_t(band.perPixel);
+    std::uint32_t any = 0;
+    for (int i = 0; i < pixels; ++i) {
+        any |= sums[i * band.perPixel];
+        depths[i] = float(sums[i * band.perPixel]);
+        if (band.perPixel > 1) weighted[i] = float(sums[2 * i + 1]);
+    }
+    if (any == 0) {
+        std::fill_n(out.rainAlpha, lanes::count, 0.0f);
+        return;
+    }
+    out.isAny = true;
+    const Float depth = lanes::load(depths);
+    lanes::store(Float(1.0f) - lanes::exp(depth * (-1.0f / opticalDepthSteps)), out.rainAlpha);
+    lanes::store(lanes::load(weighted) / lanes::max(depth, 1.0f), out.rainClear);
+}
+
+VIRGA_INLINE void readFog(const Frame& frame, int x, int y, int pixels, Coverage& out)
+{
+    float optical[lanes::count] = {};
+    const float* depth = frame.depth.row(y) + x;
+    for (int i = 0; i < pixels; ++i) optical[i] = frame.fogTo(depth[i]);
+    lanes::store(Float(1.0f) - lanes::exp(-lanes::load(optical)), out.fogAlpha);
+    out.isAny = true;
+}
+
+VIRGA_INLINE Pixel graded(const shared::FrameConstants& c, const Pixel& color)
+{
+    const float luminance = 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
+    const Pixel mixed = color + (luminance - color) * c.grade.y;
+    const Pixel dark = mixed * (1.0f - c.grade.x);
+    return Pixel{dark[0], dark[1], dark[2], color[3]};
+}
+
+}  // namespace
+
+VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageView<float> picture, LayerImages& layers)
+{
+    const shared::FrameConstants& c = frame.constants;
+    const Features& f = frame.features;
+    const float step = float(c.lights.y), fixedFog = c.fogColor.w;
+    const Pixel fogColor = {c.fogColor.x, c.fogColor.y, c.fogColor.z, 0};
+    const bool everyPixel = f.darken || f.layers;
+    std::vector<float> light, behind;
+    Coverage coverage;
+    if (f.fog && !f.depth) std::fill_n(coverage.fogAlpha, lanes::count, 1.0f - std::exp(-c.boost.z));
+    if (!f.fog) std::fill_n(coverage.fogAlpha, lanes::count, 0.0f);
+    if (!f.rain) std::fill_n(coverage.rainAlpha, lanes::count, 0.0f);
+    const bool isFogEverywhere = f.fog && (f.depth || coverage.fogAlpha[0] > 0);
+
+    for (int y = band.firstRow; y < band.lastRow; ++y) {
+        if (f.light()) interpolateRow(frame.lightGrid, (float(y) + 0.5f) / step, light);
+        if (f.lowPass() && f.light()) interpolateRow(frame.lowPassGrid, (float(y) + 0.5f) / step, behind);
+        float* row = picture.row(y);
+        for (int x = 0; x < picture.width(); x += lanes::count) {
+            const int pixels = std::min(lanes::count, picture.width() - x);
+            coverage.isAny = isFogEverywhere;
+            if (f.rain) readSums(frame, band, x, y, pixels, coverage);
+            if (f.fog && f.depth) readFog(frame, x, y, pixels, coverage);
+            if (!coverage.isAny && !everyPixel) continue;
+            for (int i = 0; i < pixels; ++i) {
+                Pixel background = loadPixel(row + 4 * (x + i));
+                if (f.darken) background = graded(c, background);
+                Pixel result = background, fog{}, rain{};
+                if (coverage.isAny) {
+                    const float at = (float(x + i) + 0.5f) / step;
+                    const auto node = std::size_t(at);
+                    const float t = at - float(node);
+                    const Pixel drop = between(light, node, t);
+                    Pixel lit = drop, low{};
+                    if (f.lowPass()) low = between(behind, node, t);
+                    if (f.boost) {
+                        const Pixel detail = c.boost.y == 0 ? background - low : background;
+                        lit = drop + detail * c.boost.x;
+                        lit = lit > 0.0f ? lit : Pixel{};
+                    }
+                    // Half of what a large drop takes out of a beam is diffracted straight on (Babinet).
+                    const Pixel mean = (drop + low) * 0.5f;
+                    const Pixel fogLight = mean + (fogColor - mean) * fixedFog;
+                    if (f.fog) {
+                        fog = withAlpha(fogLight, coverage.fogAlpha[i]);
+                        result = fog + result * (1.0f - coverage.fogAlpha[i]);
+                    }
+                    if (coverage.rainAlpha[i] > 0) {
+                        const Pixel seen = f.fog ? fogLight + (lit - fogLight) * coverage.rainClear[i] : lit;
+                        rain = withAlpha(seen, coverage.rainAlpha[i]);
+                        result = rain + result * (1.0f - coverage.rainAlpha[i]);
+                    }
+                }
+                storePixel(result, row + 4 * (x + i));
+                if (f.layers) {
+                    if (f.rain) storePixel(rain, layers.rain.pixel(x + i, y));
+                    if (f.fog) storePixel(fog, layers.fog.pixel(x + i, y));
+                    storePixel(background, layers.plate.pixel(x + i, y));
+                }
+            }
+        }
+    }
+}
+
+void fillLightGrid(Frame& frame, ConstImageViewF dropRadiance, ConstImageViewF lowPassBackground,
+                   const glm::mat3& environmentFromWorld)
+{
+    const shared::FrameConstants& c = frame.constants;
+    const float step = float(c.lights.y);
+    const int columns = frame.width() / int(c.lights.y) + 2, rows = frame.height() / int(c.lights.y) + 2;
+    const auto fit = [&](ImageF& grid) {
+        if (grid.width() != columns || grid.height() != rows) grid = ImageF(columns, rows, 4);
+    };
+    fit(frame.lightGrid);
+    if (frame.features.lowPass()) fit(frame.lowPassGrid);
+    const glm::mat3 environmentFromCamera = environmentFromWorld * glm::transpose(glm::mat3(c.cameraFromWorldOpen));
+    parallelFor(0, rows, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto y = int(first); y < int(last); ++y)
+            for (int x = 0; x < columns; ++x) {
+                const glm::vec3 ray((float(x) * step - c.lens.z) / c.lens.x, -(float(y) * step - c.lens.w) / c.lens.x,
+                                    -1.0f);
+                const glm::dvec3 direction(environmentFromCamera * ray);
+                const auto put = [&](ConstImageViewF map, ImageF& grid) {
+                    const glm::dvec3 value = sh::sampleMap(map, direction);
+                    for (int k = 0; k < 3; ++k) grid.at(x, y, k) = float(value[k]);
+                };
+                put(dropRadiance, frame.lightGrid);
+                if (frame.features.lowPass()) put(lowPassBackground, frame.lowPassGrid);
+            }
+    });
+}
+
+}  // namespace virga::passes::cpu

@@ -1,0 +1,170 @@
+#include "passes/CpuDrops.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/Lanes.h"
+
+namespace virga::passes::cpu {
+namespace {
+
+using lanes::Float;
+using lanes::Mask;
+using lanes::Uint;
+
+/// drop_field.glsl and visibility.glsl of eight drops at a time: their types are the lanes' here.
+namespace eight {
+using vec3 = lanes::Vec3;
+using vec4 = lanes::Vec4;
+using uvec4 = lanes::Uvec4;
+using uint = lanes::Uint;
+using lanes::abs;
+using lanes::dot;
+using lanes::exp;
+using lanes::fract;
+using lanes::log;
+using lanes::sqrt;
+#pragma push_macro("VIRGA_FN")
+#undef VIRGA_FN
+#define VIRGA_FN VIRGA_INLINE
+#define float Float
+#include "shared/drop_field.glsl"
+#include "shared/visibility.glsl"
+#undef float
+#pragma pop_macro("VIRGA_FN")
+}  // namespace eight
+
+VIRGA_INLINE lanes::Vec4 broadcast(const glm::vec4& v) { return {v.x, v.y, v.z, v.w}; }
+VIRGA_INLINE eight::Cell broadcast(const shared::Cell& cell)
+{
+    return {{cell.key.x, cell.key.y, cell.key.z, cell.key.w}, broadcast(cell.origin), broadcast(cell.phase)};
+}
+VIRGA_INLINE eight::DropClass broadcast(const shared::DropClass& c) { return {broadcast(c.size), broadcast(c.travel)}; }
+VIRGA_INLINE eight::TurbulenceWave broadcast(const shared::TurbulenceWave& w)
+{
+    return {broadcast(w.wave), broadcast(w.shift)};
+}
+
+VIRGA_INLINE lanes::Vec3 turned(const glm::mat4& m, const lanes::Vec3& v)
+{
+    return {v.x * m[0][0] + v.y * m[1][0] + v.z * m[2][0], v.x * m[0][1] + v.y * m[1][1] + v.z * m[2][1],
+            v.x * m[0][2] + v.y * m[1][2] + v.z * m[2][2]};
+}
+
+/// Where eight drops fall on the picture.
+struct Paths {
+    Float startX, startY, endX, endY;
+    Float depthOpen, depthClose, depth;
+    Float width, halfWidth, blur;
+    Mask isSeen;
+};
+
+VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const eight::DropClass& dropClass)
+{
+    const shared::FrameConstants& c = frame.constants;
+    Paths p;
+    const lanes::Vec3 open = turned(c.cameraFromWorldOpen, drop.open);
+    const bool moves = frame.features.cameraMotion;
+    const lanes::Vec3 close = turned(moves ? c.cameraFromWorldClose : c.cameraFromWorldOpen, drop.close);
+    const float focalClose = moves ? c.lens.y : c.lens.x;
+    p.depthOpen = -open.z;
+    p.depthClose = -close.z;
+    p.depth = (p.depthOpen + p.depthClose) * 0.5f;
+    const Float visible =
+        eight::visibleDepth(drop.diameter, dropClass.travel.w * c.focus.z, Float(c.lens.x), Float(c.range.z));
+    p.isSeen = (lanes::min(p.depthOpen, p.depthClose) >= c.range.x) & (p.depth <= c.range.y) & (p.depth <= visible);
+    if (!p.isSeen.any()) return p;
+
+    const Float perOpen = Float(c.lens.x) / p.depthOpen, perClose = Float(focalClose) / p.depthClose;
+    p.startX = Float(c.lens.z) + perOpen * open.x;
+    p.startY = Float(c.lens.w) - perOpen * open.y;
+    p.endX = Float(c.lens.z) + perClose * close.x;
+    p.endY = Float(c.lens.w) - perClose * close.y;
+    p.width = drop.diameter * c.lens.x / p.depth;
+    const Float confusion = lanes::abs(Float(1.0f) / p.depth - c.focus.y) * (c.lens.x * c.focus.x);
+    p.halfWidth = lanes::max(lanes::sqrt(p.width * p.width + confusion * confusion), 1.0f) * 0.5f;
+    p.blur = lanes::select(confusion > 1.0f, confusion * 0.25f, 0.0f);
+    const Float margin = p.halfWidth + p.blur + 1.0f;
+    p.isSeen = p.isSeen & (lanes::max(p.startX, p.endX) + margin >= 0.0f) &
+               (lanes::max(p.startY, p.endY) + margin >= 0.0f) &
+               (lanes::min(p.startX, p.endX) - margin <= float(frame.width())) &
+               (lanes::min(p.startY, p.endY) - margin <= float(frame.height()));
+    return p;
+}
+
+/// Twin of matte::strokeLayer, plus 1, and of the oscillations that it asks for.
+VIRGA_INLINE Float matteOf(const Frame& frame, const Float& diameter, const Float& random)
+{
+    const Mattes& m = frame.mattes;
+    const Float frequency = Float(3.8488e-3f) / lanes::sqrt(diameter * diameter * diameter * 0.125f);
+    const Float beads = frequency * frame.constants.focus.z;
+    const auto ramp = [](const Float& t) __attribute__((always_inline))
+    {
+        const Float held = lanes::clamp(t, 0.0f, 1.0f);
+        return held * held * (Float(3.0f) - held * 2.0f);
+    };
+    const Float mm = diameter * 1e3f;
+    const Float strength = ramp((mm - 0.8f) / 0.6f) * (Float(1.0f) - ramp((mm - 1.6f) / 1.0f) * 0.5f);
+    const float few = std::min(2.0f, float(m.variants));
+    Float group = 0.0f;
+    if (frame.constants.focus.z > 0)
+        group =
+            lanes::clamp(lanes::floor(lanes::log(beads / m.firstBeadCycles) * (m.groupsPerOctave * 1.44269504f) + 0.5f),
+                         0.0f, float(m.groups - 1));
+    const Float choices = m.groups == 1 ? Float(float(m.variants)) : strength * (float(m.variants) - few) + few;
+    const Float variant = lanes::clamp(lanes::floor(random * choices), 0.0f, float(m.variants - 1));
+    return group * float(m.variants) + variant + 1.0f;
+}
+
+/// Into the list, and into the bands that it may touch.
+VIRGA_INLINE void add(const Frame& frame, const shared::Stroke& stroke, StrokeList& list)
+{
+    // A matte may be wider than its drop, and rows are rounded outwards.
+    const float reach = 1.5f * std::max(1.0f, frame.mattes.acrossDiameters) * stroke.body.x + stroke.look.w + 2;
+    const float low = std::min(stroke.path.y, stroke.path.w) - reach;
+    const float high = std::max(stroke.path.y, stroke.path.w) + reach;
+    const auto bands = float(list.ofBand.size());
+    const int firstBand = int(std::clamp(low / float(bandRows), 0.0f, bands - 1));
+    const int lastBand = int(std::clamp(high / float(bandRows), 0.0f, bands - 1));
+    const auto number = std::uint32_t(list.strokes.size());
+    list.strokes.push_back(stroke);
+    for (int band = firstBand; band <= lastBand; ++band) list.ofBand[std::size_t(band)].push_back(number);
+}
+
+}  // namespace
+
+VIRGA_SIMD void emitStrokes(const Frame& frame, const particles::CellList& cells, std::size_t first, std::size_t last,
+                            StrokeList& list)
+{
+    const eight::TurbulenceWave waves[4] = {broadcast(cells.waves[0]), broadcast(cells.waves[1]),
+                                            broadcast(cells.waves[2]), broadcast(cells.waves[3])};
+    const lanes::UintVector counting = {0, 1, 2, 3, 4, 5, 6, 7};
+    for (std::size_t c = first; c < last; ++c) {
+        const std::uint32_t drops = cells.dropsIn(c);
+        const eight::Cell cell = broadcast(cells.cells[c]);
+        const eight::DropClass dropClass = broadcast(cells.classes[cells.cells[c].key.z]);
+        for (std::uint32_t n = 0; n < drops; n += lanes::count) {
+            const Uint index(counting + n);
+            const eight::Drop drop = eight::dropInCell(cell, dropClass, waves[0], waves[1], waves[2], waves[3], index);
+            Paths p = pathsOf(frame, drop, dropClass);
+            p.isSeen = p.isSeen & Mask{(lanes::IntVector)(index.v < drops)};
+            if (!p.isSeen.any()) continue;
+
+            const Float matte = matteOf(frame, drop.diameter, eight::unitFloat(drop.look));
+            const Float covered = p.width * p.width * (0.78539816f * frame.constants.range.w);
+            const Float share = p.width / (p.halfWidth * 2.0f);
+            for (int lane = 0; lane < lanes::count; ++lane) {
+                if (!p.isSeen[lane]) continue;
+                const bool isMirrored = (drop.look.v[lane] & 1u) != 0;
+                shared::Stroke stroke;
+                stroke.path = {p.startX[lane], p.startY[lane], p.endX[lane], p.endY[lane]};
+                stroke.body = {p.halfWidth[lane], covered[lane], p.depthOpen[lane], p.depthClose[lane]};
+                stroke.look = {isMirrored ? -matte[lane] : matte[lane], 1.0f, share[lane], p.blur[lane]};
+                if (frame.features.fog) stroke.look.y = std::exp(-frame.fogTo(p.depth[lane]));
+                add(frame, stroke, list);
+            }
+        }
+    }
+}
+
+}  // namespace virga::passes::cpu

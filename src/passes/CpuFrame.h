@@ -1,0 +1,65 @@
+// What the kernels of the CPU renderer share: a frame's constants and inputs, as pointers.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <vector>
+
+#include "core/Image.h"
+#include "passes/Features.h"
+#include "passes/SharedFrame.h"
+
+namespace virga::passes::cpu {
+
+/// As opticalDepthSteps of common_frame.glsl.
+constexpr float opticalDepthSteps = 262144.0f;
+/// Fainter strokes leave no depth or motion; as in strokes_splat.glsl.
+constexpr float visibleInData = 1.0f / 1024;
+/// Rows of a picture that one thread finishes, from the drops to the blend: their sums stay in its cache.
+constexpr int bandRows = 32;
+
+/// The mattes as strokes need them; see StrokePass.
+struct Mattes {
+    int width = 0, height = 0, groups = 1, variants = 0;
+    float firstBeadCycles = 1, groupsPerOctave = 2, acrossDiameters = 1.25f;
+    std::vector<float> prefix;     ///< layers x (height + 1), each ends at 1
+    std::vector<float> densities;  ///< layers x height x width, each row has a mean of 1
+};
+
+struct Frame {
+    Features features;
+    shared::FrameConstants constants;
+    Mattes mattes;
+    ConstImageViewF depth;          ///< [m]; features.depth
+    std::vector<float> fogTable;    ///< optical depth, see fogTablePlace(); features.fog
+    ImageF lightGrid, lowPassGrid;  ///< RGBA nodes, constants.lights.y pixels apart
+    int width() const { return int(constants.picture.x); }
+    int height() const { return int(constants.picture.y); }
+
+    /// Optical depth of the fog to `depth` [m].
+    float fogTo(float depth_m) const
+    {
+        constexpr float last = float(shared::fogTableSize - 1);
+        const float place = depth_m < 1e30f ? depth_m / (depth_m + constants.focus.w) * last : last;
+        const int entry = place < last ? int(place) : int(last) - 1;
+        return fogTable[std::size_t(entry)] +
+               (fogTable[std::size_t(entry) + 1] - fogTable[std::size_t(entry)]) * (place - float(entry));
+    }
+};
+
+/// Strokes that some of the cells show, and which of them reach into each band.
+struct StrokeList {
+    std::vector<shared::Stroke> strokes;
+    std::vector<std::vector<std::uint32_t>> ofBand;
+};
+
+/// What one band of rows gathers.
+struct BandSums {
+    int firstRow = 0, lastRow = 0;      ///< one past the last
+    int perPixel = 1;                   ///< sums a pixel: optical depth, and with fog weighted with the fog in front
+    std::vector<std::uint32_t> sums;    ///< rows x width x perPixel
+    std::vector<float> nearestDepth;    ///< features.nearest [m], +inf where no stroke is
+    std::vector<std::uint32_t> motion;  ///< features.nearest: two halves [px]
+};
+
+}  // namespace virga::passes::cpu

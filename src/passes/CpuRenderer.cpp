@@ -1,0 +1,164 @@
+#include "passes/CpuRenderer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <glm/packing.hpp>
+#include <limits>
+#include <mutex>
+
+#include "core/Parallel.h"
+#include "core/Timer.h"
+#include "passes/CpuComposite.h"
+#include "passes/CpuDrops.h"
+#include "passes/CpuStrokes.h"
+#include "passes/LightGrid.h"
+#include "passes/StrokeMattes.h"
+
+namespace virga::passes {
+
+using namespace cpu;
+
+struct CpuRenderer::Impl {
+    cpu::Frame frame;
+    ImageF radiance, lowPass;
+    std::vector<StrokeList> lists;  // one for each piece of the cells; kept, so that their memory is
+    std::size_t strokes = 0;
+    std::map<std::string, double> passMs;
+    LayerImages layers;
+    ImageF nearestDepth, nearestMotion;
+
+    int bands() const { return (frame.height() + bandRows - 1) / bandRows; }
+    void makeLayers();
+    void emit(const particles::CellList& cells);
+    void drawBand(int number, BandSums& band, ImageView<float> picture);
+    void keepNearest(const BandSums& band);
+};
+
+bool CpuRenderer::draws(const Features& f) { return !f.splashes && !f.blur && !f.colorTransfer && !f.lights; }
+
+CpuRenderer::CpuRenderer(int width, int height, const Features& features, const matte::StrokeAtlas& atlas)
+    : impl_(std::make_unique<Impl>())
+{
+    assert(draws(features));
+    cpu::Frame& frame = impl_->frame;
+    frame.features = features;
+    frame.constants.picture = {width, height, 0, 0};
+    if (!features.rain) return;
+    frame.mattes = {atlas.width,           atlas.height,          atlas.groups,          atlas.variants,
+                    atlas.firstBeadCycles, atlas.groupsPerOctave, atlas.acrossDiameters, normalisedPrefix(atlas),
+                    rowDensities(atlas)};
+}
+
+CpuRenderer::~CpuRenderer() = default;
+
+void CpuRenderer::setDepth(ConstImageViewF depth) { impl_->frame.depth = depth; }
+void CpuRenderer::setFogTable(const std::vector<float>& opticalDepth) { impl_->frame.fogTable = opticalDepth; }
+
+void CpuRenderer::setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground)
+{
+    const auto copy = [](ConstImageViewF map) {
+        ImageF image(map.width(), map.height(), map.channels());
+        for (int y = 0; y < map.height(); ++y)
+            std::copy_n(map.row(y), std::size_t(map.width()) * std::size_t(map.channels()), image.row(y));
+        return image;
+    };
+    impl_->radiance = copy(radiance);
+    if (impl_->frame.features.lowPass()) impl_->lowPass = copy(lowPassBackground);
+}
+
+void CpuRenderer::Impl::makeLayers()
+{
+    const Features& f = frame.features;
+    const auto fresh = [&](bool isWanted) { return isWanted ? ImageF(frame.width(), frame.height(), 4) : ImageF(); };
+    layers = {fresh(f.layers && f.rain), fresh(f.layers && f.fog), fresh(f.layers)};
+    if (!f.nearest) return;
+    nearestDepth = ImageF(frame.width(), frame.height(), 1);
+    nearestMotion = ImageF(frame.width(), frame.height(), 2);
+}
+
+void CpuRenderer::Impl::emit(const particles::CellList& cells)
+{
+    constexpr std::size_t cellsPerPiece = 1024;
+    const std::size_t pieces = (cells.cells.size() + cellsPerPiece - 1) / cellsPerPiece;
+    lists.resize(pieces);
+    parallelFor(0, std::ptrdiff_t(pieces), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto piece = std::size_t(first); piece < std::size_t(last); ++piece) {
+            StrokeList& list = lists[piece];
+            list.strokes.clear();
+            list.ofBand.resize(std::size_t(bands()));
+            for (auto& band : list.ofBand) band.clear();
+            const std::size_t from = piece * cellsPerPiece;
+            emitStrokes(frame, cells, from, std::min(from + cellsPerPiece, cells.cells.size()), list);
+        }
+    });
+    strokes = 0;
+    for (const StrokeList& list : lists) strokes += list.strokes.size();
+}
+
+void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> picture)
+{
+    const Features& f = frame.features;
+    band.firstRow = number * bandRows;
+    band.lastRow = std::min(band.firstRow + bandRows, frame.height());
+    band.perPixel = f.fog ? 2 : 1;
+    const std::size_t pixels = std::size_t(band.lastRow - band.firstRow) * std::size_t(frame.width());
+    if (f.rain) {
+        band.sums.assign(pixels * std::size_t(band.perPixel), 0);
+        if (f.nearest) {
+            band.nearestDepth.assign(pixels, std::numeric_limits<float>::infinity());
+            band.motion.assign(pixels, 0);
+        }
+        for (const StrokeList& list : lists) splatStrokes(frame, list, std::size_t(number), band);
+        if (f.nearest) keepNearest(band);
+    }
+    compositeBand(frame, band, picture, layers);
+}
+
+void CpuRenderer::Impl::keepNearest(const BandSums& band)
+{
+    std::copy(band.nearestDepth.begin(), band.nearestDepth.end(), nearestDepth.row(band.firstRow));
+    float* motion = nearestMotion.row(band.firstRow);
+    for (const std::uint32_t packed : band.motion) {
+        const glm::vec2 way = glm::unpackHalf2x16(packed);
+        *motion++ = way.x;
+        *motion++ = way.y;
+    }
+}
+
+void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants& constants,
+                         const particles::CellList& cells, const glm::mat3& environmentFromWorld)
+{
+    Impl& m = *impl_;
+    assert(picture.width() == int(constants.picture.x) && picture.height() == int(constants.picture.y));
+    m.frame.constants = constants;
+    const Features& f = m.frame.features;
+    const auto timed = [&](const char* name, auto&& work) {
+        const Timer timer;
+        work();
+        m.passMs[name] = timer.milliseconds();
+    };
+    m.passMs.clear();
+    m.makeLayers();
+    if (f.light()) {
+        m.frame.constants.lights.y = std::uint32_t(lightGridStep(m.radiance.width(), constants.lens.x));
+        timed("light", [&] { fillLightGrid(m.frame, m.radiance, m.lowPass, environmentFromWorld); });
+    }
+    m.strokes = 0;
+    if (f.rain) timed("drops", [&] { m.emit(cells); });
+    timed("picture", [&] {
+        parallelFor(0, m.bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            BandSums band;
+            for (auto number = int(first); number < int(last); ++number) m.drawBand(number, band, picture);
+        });
+    });
+}
+
+std::size_t CpuRenderer::strokeCount() const { return impl_->strokes; }
+const std::map<std::string, double>& CpuRenderer::passMs() const { return impl_->passMs; }
+ImageF CpuRenderer::takeRain() { return std::move(impl_->layers.rain); }
+ImageF CpuRenderer::takeFog() { return std::move(impl_->layers.fog); }
+ImageF CpuRenderer::takePlate() { return std::move(impl_->layers.plate); }
+ImageF CpuRenderer::takeNearestDepth() { return std::move(impl_->nearestDepth); }
+ImageF CpuRenderer::takeNearestMotion() { return std::move(impl_->nearestMotion); }
+
+}  // namespace virga::passes

@@ -1,0 +1,183 @@
+#include "shot/PictureRenderer.h"
+
+#include <numbers>
+#include <optional>
+
+#include "core/Error.h"
+#include "core/Timer.h"
+#include "gl/Context.h"
+#include "gl/PassTimer.h"
+#include "optics/DropTransfer.h"
+#include "passes/BlurPass.h"
+#include "passes/CompositePass.h"
+#include "passes/CpuRenderer.h"
+#include "passes/LightPass.h"
+#include "passes/SplashPass.h"
+#include "passes/StrokePass.h"
+
+namespace virga::shot {
+namespace {
+
+/// D(theta) for R, G, B at equal steps of theta from 0 to pi, each averaged over a step: a lamp is a degree or so wide.
+std::vector<float> ringTransferTable()
+{
+    constexpr int steps = 256;
+    std::vector<float> table(3 * steps);
+    for (std::size_t c = 0; c < 3; ++c) {
+        const optics::RingTransfer ring({.index = optics::waterIndex[c]});
+        for (int i = 0; i < steps; ++i)
+            table[3 * std::size_t(i) + c] =
+                float(ring.mean((i + 0.5) * std::numbers::pi / steps, 0.5 * std::numbers::pi / steps));
+    }
+    return table;
+}
+
+class ShaderPicture final : public PictureRenderer {
+public:
+    ShaderPicture(std::unique_ptr<gl::Context> context, const PictureSetup& setup)
+        : context_(std::move(context)), features_(setup.features)
+    {
+        features_.software = context_->device().isSoftware;
+        targets_.emplace(setup.width, setup.height, features_);
+        if (features_.rain) strokes_.emplace(features_, setup.atlas, setup.shaderFolder);
+        if (features_.light()) light_.emplace(features_, setup.shaderFolder);
+        if (features_.splashes) splashes_.emplace(features_, setup.shaderFolder);
+        if (features_.blur) blur_.emplace(features_, setup.shaderFolder);
+        composite_.emplace(features_, setup.shaderFolder);
+        if (features_.lights) targets_->uploadRingTransfer(ringTransferTable());
+        if (features_.colorTransfer) targets_->uploadLut(setup.lut.size, setup.lut.rgb);
+        timer_.emplace();
+        context_->check("opening the passes");
+    }
+
+    std::string device() const override { return context_->device().renderer; }
+    void setDepth(ConstImageViewF metres) override { targets_->uploadDepth(metres); }
+    void setFogTable(const std::vector<float>& opticalDepth) override { targets_->uploadFogTable(opticalDepth); }
+    void setLamps(std::span<const shared::PointLight> lamps) override { targets_->uploadLights(lamps); }
+    void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
+    {
+        targets_->uploadDropRadiance(radiance, lowPassBackground);
+    }
+
+    DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
+                        const glm::mat3& environmentFromWorld) override
+    {
+        DrawnPicture drawn;
+        const auto timed = [&](const char* name, auto&& work) {
+            const Timer timer;
+            work();
+            drawn.passMs[name] += timer.milliseconds();
+        };
+        timed("upload", [&] {
+            targets_->uploadPlate(plate);
+            shared::FrameConstants described = constants;
+            if (strokes_) strokes_->describe(described, cells);
+            targets_->setConstants(described);
+        });
+        targets_->bind();
+        timer_->begin();
+        const auto mark = [&](const char* name) { timer_->mark(name); };
+        if (light_) light_->run(*targets_, environmentFromWorld), mark("light");
+        if (blur_) blur_->run(*targets_), mark("blur");
+        if (splashes_) splashes_->run(*targets_), mark("splashes");
+        if (strokes_) strokes_->run(*targets_, cells, *timer_);
+        composite_->run(*targets_);
+        mark("composite");
+        for (const auto& [name, ms] : timer_->collect()) drawn.passMs[name] += ms;
+        timed("read-back", [&] { readBack(drawn); });
+        context_->check("rendering");
+        return drawn;
+    }
+
+private:
+    void readBack(DrawnPicture& drawn) const
+    {
+        using Layer = passes::FrameTargets::LayerIndex;
+        drawn.beauty = targets_->readBeauty();
+        if (features_.layers) {
+            if (features_.rain) drawn.rain = targets_->readLayer(Layer::Rain);
+            if (features_.splashes) drawn.splash = targets_->readLayer(Layer::Splash);
+            if (features_.fog) drawn.fog = targets_->readLayer(Layer::Fog);
+            drawn.plate = targets_->readLayer(Layer::Plate);
+        }
+        if (features_.nearest) {
+            drawn.nearestDepth = targets_->readNearestDepth();
+            drawn.nearestMotion = targets_->readNearestMotion();
+        }
+        if (strokes_) drawn.strokes = strokes_->strokeCount();
+        if (splashes_) drawn.splashes = splashes_->splashCount();
+    }
+
+    // Destroyed in reverse order: GL objects before their context.
+    std::unique_ptr<gl::Context> context_;
+    passes::Features features_;
+    std::optional<passes::FrameTargets> targets_;
+    std::optional<passes::LightPass> light_;
+    std::optional<passes::StrokePass> strokes_;
+    std::optional<passes::SplashPass> splashes_;
+    std::optional<passes::BlurPass> blur_;
+    std::optional<passes::CompositePass> composite_;
+    std::optional<gl::PassTimer> timer_;
+};
+
+class CpuPicture final : public PictureRenderer {
+public:
+    explicit CpuPicture(const PictureSetup& setup) : renderer_(setup.width, setup.height, setup.features, setup.atlas)
+    {
+    }
+
+    std::string device() const override { return "processor, without OpenGL"; }
+    void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }
+    void setFogTable(const std::vector<float>& opticalDepth) override { renderer_.setFogTable(opticalDepth); }
+    void setLamps(std::span<const shared::PointLight>) override {}  // not drawn here
+    void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
+    {
+        renderer_.setDropRadiance(radiance, lowPassBackground);
+    }
+
+    DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
+                        const glm::mat3& environmentFromWorld) override
+    {
+        DrawnPicture drawn;
+        drawn.beauty = std::move(plate);
+        renderer_.render(drawn.beauty.view(), constants, cells, environmentFromWorld);
+        drawn.rain = renderer_.takeRain();
+        drawn.fog = renderer_.takeFog();
+        drawn.plate = renderer_.takePlate();
+        drawn.nearestDepth = renderer_.takeNearestDepth();
+        drawn.nearestMotion = renderer_.takeNearestMotion();
+        drawn.strokes = renderer_.strokeCount();
+        drawn.passMs = renderer_.passMs();
+        return drawn;
+    }
+
+private:
+    passes::CpuRenderer renderer_;
+};
+
+/// Null if there is none.
+std::unique_ptr<gl::Context> openGpu()
+{
+    try {
+        return std::make_unique<gl::Context>("gpu");
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::Graphics) throw;
+        return nullptr;
+    }
+}
+
+}  // namespace
+
+std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup)
+{
+    if (passes::CpuRenderer::draws(setup.features)) {
+        if (setup.device == "cpu") return std::make_unique<CpuPicture>(setup);
+        if (setup.device == "auto") {
+            if (auto gpu = openGpu()) return std::make_unique<ShaderPicture>(std::move(gpu), setup);
+            return std::make_unique<CpuPicture>(setup);
+        }
+    }
+    return std::make_unique<ShaderPicture>(std::make_unique<gl::Context>(setup.device), setup);
+}
+
+}  // namespace virga::shot

@@ -1,0 +1,60 @@
+// What draws the frames of a shot: the passes' shaders, or the processor without OpenGL.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/Image.h"
+#include "grade/ColorTransfer.h"
+#include "matte/StrokeAtlas.h"
+#include "particles/RainField.h"
+#include "passes/Features.h"
+#include "passes/SharedFrame.h"
+
+namespace virga::shot {
+
+/// What a renderer is made for. References need live until it is made only.
+struct PictureSetup {
+    int width = 0, height = 0;
+    passes::Features features;  ///< but for `software`
+    const matte::StrokeAtlas& atlas;
+    const grade::ColorLut& lut;
+    std::string device = "auto";  ///< see makePictureRenderer
+    std::string shaderFolder;     ///< see gl::loadShader
+};
+
+/// A finished picture and what its features name beside it; the others are empty.
+struct DrawnPicture {
+    ImageF beauty;
+    ImageF rain, splash, fog, plate;
+    ImageF nearestDepth, nearestMotion;
+    std::size_t strokes = 0, splashes = 0;
+    std::map<std::string, double> passMs;
+};
+
+/// Belongs to the thread that made it. What is set stays for the frames to come.
+class PictureRenderer {
+public:
+    virtual ~PictureRenderer() = default;
+    /// For the report: GL_RENDERER, or the processor.
+    virtual std::string device() const = 0;
+
+    virtual void setDepth(ConstImageViewF metres) = 0;  ///< must live until the next is set
+    virtual void setFogTable(const std::vector<float>& opticalDepth) = 0;
+    virtual void setLamps(std::span<const shared::PointLight> lamps) = 0;
+    virtual void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) = 0;
+
+    /// `plate`: finite, RGBA. environmentFromWorld: see passes::LightPass.
+    virtual DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
+                                const glm::mat3& environmentFromWorld) = 0;
+};
+
+/// device "auto": a GPU if there is one, else the processor. "cpu": the processor; what it does not draw without OpenGL
+/// (passes::CpuRenderer::draws) Mesa's software renderer draws. "gpu" and numbers: that device, by OpenGL. Throws
+/// Error(Graphics) where OpenGL is needed and is not there.
+std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup);
+
+}  // namespace virga::shot

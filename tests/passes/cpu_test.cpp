@@ -1,0 +1,245 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string_view>
+
+#include "core/Parallel.h"
+#include "passes/CpuRenderer.h"
+#include "passes/Picture.h"
+#include "rainfall/DropSizes.h"
+
+namespace virga::passes {
+namespace {
+
+constexpr int width = 203, height = 131;  // neither a multiple of the lanes nor of the bands
+
+/// A rain of 50 mm/h with wind and turbulence, seen by a camera that turns.
+struct Scene {
+    particles::Exposure exposure;
+    particles::Visibility visibility{.near_m = 0.3, .far_m = 100, .threshold = 0.002};
+    shared::FrameConstants constants{};
+    particles::CellList cells;
+    ImageF plate{width, height, 4}, depth{width, height, 1}, radiance{32, 16, 3}, background{32, 16, 3};
+    std::vector<float> fogTable;
+
+    explicit Scene(double exposure_s)
+    {
+        exposure.duration_s = exposure_s;
+        exposure.open_s = 3;
+        exposure.projection = camera::projectionFromHorizontalFov(width, height, 1.2);
+        exposure.poseAtClose = camera::pitchedPose({0.02, 0, 0.01}, 0.01);
+        const rainfall::DropSizes sizes(50);
+        const particles::Motion motion({.wind = {3, 1}, .gust = 0.3, .turbulence = 0.4});
+        const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 7, 4);
+        cells = field.cellsInView(exposure, visibility);
+
+        const auto rotation = [](const camera::Pose& pose) {
+            return glm::mat4(glm::mat3(glm::transpose(pose.worldFromCamera)));
+        };
+        constants.cameraFromWorldOpen = rotation(exposure.poseAtOpen);
+        constants.cameraFromWorldClose = rotation(exposure.poseAtClose);
+        const auto focal = float(exposure.projection.focal_px);
+        constants.lens = {focal, 1.01f * focal, 0.5f * width, 0.5f * height};
+        constants.range = {0.3f, 100, 0.002f, 0.9f};
+        constants.focus = {0.01f, 0.3f, float(exposure_s), 20};  // near drops are blurred
+        constants.picture = {width, height, 0, 0};
+        constants.boost = {0.4f, 0, 0.3f, 0};
+        constants.grade = {0.2f, 0.3f, 0, 50};
+
+        std::mt19937 random(5);
+        std::uniform_real_distribution<float> unit(0, 1);
+        for (float& value : plate.values()) value = 2 * unit(random);
+        for (float& value : radiance.values()) value = 3 * unit(random);
+        for (float& value : background.values()) value = unit(random);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                depth.at(x, y) = x < 40 ? std::numeric_limits<float>::infinity() : 1 + 30 * unit(random);
+        for (int i = 0; i < shared::fogTableSize; ++i) fogTable.push_back(1.5f * float(i) / 255);
+    }
+};
+
+struct Result {
+    ImageF beauty;
+    std::vector<std::pair<const char*, ImageF>> layers;
+    std::size_t strokes = 0;
+};
+
+Result byShaders(Features features, const Scene& scene)
+{
+    features = test::onSoftware(features);
+    FrameTargets targets(width, height, features);
+    std::optional<StrokePass> strokes;
+    if (features.rain) strokes.emplace(features, test::atlas(1));
+    std::optional<LightPass> light;
+    if (features.light()) light.emplace(features);
+    const CompositePass composite(features);
+    targets.uploadPlate(scene.plate);
+    if (features.depth) targets.uploadDepth(scene.depth);
+    if (features.fog) targets.uploadFogTable(scene.fogTable);
+    if (features.light()) targets.uploadDropRadiance(scene.radiance, scene.background);
+    shared::FrameConstants constants = scene.constants;
+    if (strokes) strokes->describe(constants, scene.cells);
+    targets.setConstants(constants);
+    targets.bind();
+    gl::PassTimer timer;
+    timer.begin();
+    if (light) light->run(targets);
+    if (strokes) strokes->run(targets, scene.cells, timer);
+    composite.run(targets);
+    Result result;
+    result.beauty = targets.readBeauty();
+    if (strokes) result.strokes = strokes->strokeCount();
+    using Layer = FrameTargets::LayerIndex;
+    if (features.layers && features.rain) result.layers.emplace_back("rain", targets.readLayer(Layer::Rain));
+    if (features.layers && features.fog) result.layers.emplace_back("fog", targets.readLayer(Layer::Fog));
+    if (features.layers) result.layers.emplace_back("plate", targets.readLayer(Layer::Plate));
+    if (features.nearest) result.layers.emplace_back("depth", targets.readNearestDepth());
+    if (features.nearest) result.layers.emplace_back("motion", targets.readNearestMotion());
+    return result;
+}
+
+Result byCpu(const Features& features, const Scene& scene)
+{
+    CpuRenderer renderer(width, height, features, test::atlas(1));
+    renderer.setDepth(scene.depth);
+    renderer.setFogTable(scene.fogTable);
+    renderer.setDropRadiance(scene.radiance, scene.background);
+    Result result;
+    result.beauty = scene.plate;
+    renderer.render(result.beauty.view(), scene.constants, scene.cells);
+    result.strokes = renderer.strokeCount();
+    if (features.layers && features.rain) result.layers.emplace_back("rain", renderer.takeRain());
+    if (features.layers && features.fog) result.layers.emplace_back("fog", renderer.takeFog());
+    if (features.layers) result.layers.emplace_back("plate", renderer.takePlate());
+    if (features.nearest) result.layers.emplace_back("depth", renderer.takeNearestDepth());
+    if (features.nearest) result.layers.emplace_back("motion", renderer.takeNearestMotion());
+    return result;
+}
+
+/// Pixels where the images differ by more than `tolerance` of the larger value (or of 1).
+std::size_t differing(const ImageF& a, const ImageF& b, double tolerance)
+{
+    EXPECT_EQ(a.size(), b.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double x = a.data()[i], y = b.data()[i];
+        if (x == y) continue;  // infinity too
+        count += !(std::abs(x - y) <= tolerance * std::max({1.0, std::abs(x), std::abs(y)}));
+    }
+    return count;
+}
+
+std::vector<Features> everyCombination()
+{
+    std::vector<Features> all;
+    for (int bits = 1; bits < 128; ++bits) {
+        Features f;
+        f.rain = bits & 1, f.fog = bits & 2, f.depth = bits & 4, f.darken = bits & 8;
+        f.boost = (bits & 16) != 0 && f.rain;
+        f.layers = bits & 32;
+        f.cameraMotion = (bits & 64) != 0 && f.rain;
+        f.nearest = f.layers && f.rain;
+        if (f.anything() && CpuRenderer::draws(f)) all.push_back(f);
+    }
+    return all;
+}
+
+std::string wordsOf(const Features& f)
+{
+    std::string words;
+    const auto add = [&](bool is, const char* word) { words += is ? word : ""; };
+    add(f.rain, "rain "), add(f.fog, "fog "), add(f.depth, "depth "), add(f.darken, "darken "), add(f.boost, "boost ");
+    add(f.layers, "layers "), add(f.cameraMotion, "motion");
+    return words;
+}
+
+// Where float rounds a drop over an edge (of a pixel, of its cell's visible depth), a sum differs by a step or a stroke
+// by a row: a few pixels of a picture, not more.
+TEST(CpuRenderer, DrawsWhatTheShadersDraw)
+{
+    const gl::Context context("cpu");
+    for (const double exposure_s : {1 / 200.0, 1 / 40.0}) {
+        const Scene scene(exposure_s);
+        ASSERT_GT(scene.cells.drops, 1000u);
+        for (const Features& f : everyCombination()) {
+            SCOPED_TRACE(wordsOf(f));
+            const Result shaders = byShaders(f, scene), cpu = byCpu(f, scene);
+            EXPECT_NEAR(double(cpu.strokes), double(shaders.strokes), 2e-4 * double(shaders.strokes) + 1);
+            const std::size_t few = shaders.beauty.size() / 5000;
+            EXPECT_LE(differing(cpu.beauty, shaders.beauty, 1e-5), few);
+            ASSERT_EQ(cpu.layers.size(), shaders.layers.size());
+            for (std::size_t i = 0; i < cpu.layers.size(); ++i) {
+                const auto& [name, image] = cpu.layers[i];
+                const double tolerance = std::string_view(name) == "motion" ? 0x1p-10 : 1e-5;  // motion is in halves
+                EXPECT_LE(differing(image, shaders.layers[i].second, tolerance), few) << name;
+            }
+        }
+    }
+}
+
+TEST(CpuRenderer, SameBitsOnAnyNumberOfThreads)
+{
+    const Scene scene(1 / 100.0);
+    Features f;
+    f.rain = f.fog = f.depth = f.darken = f.boost = f.layers = f.nearest = true;
+    const Result many = byCpu(f, scene);
+    const ThreadLimit one(1);
+    const Result single = byCpu(f, scene);
+    EXPECT_EQ(differing(many.beauty, single.beauty, 0), 0u);
+    for (std::size_t i = 0; i < many.layers.size(); ++i)
+        EXPECT_EQ(differing(many.layers[i].second, single.layers[i].second, 0), 0u) << many.layers[i].first;
+}
+
+TEST(CpuRenderer, APixelThatNoDropReachesIsNotTouched)
+{
+    Scene scene(1 / 200.0);
+    scene.constants.range.z = 0.1f;  // strong strokes alone, so that there is room between them
+    scene.plate.at(50, 60, 0) = std::numeric_limits<float>::quiet_NaN();  // would not come through arithmetic
+    Features f;
+    f.rain = f.layers = f.nearest = true;
+    const Result layered = byCpu(f, scene);
+    f.layers = f.nearest = false;
+    const Result result = byCpu(f, scene);
+    const ImageF& rain = layered.layers[0].second;
+    std::size_t untouched = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (rain.at(x, y, 3) > 0) continue;
+            ++untouched;
+            EXPECT_EQ(std::memcmp(result.beauty.pixel(x, y), scene.plate.pixel(x, y), 16), 0) << x << " " << y;
+        }
+    EXPECT_GT(untouched, 1000u);
+}
+
+TEST(CpuRenderer, LayersOverEachOtherAreTheBeauty)
+{
+    const Scene scene(1 / 100.0);
+    Features f;
+    f.rain = f.fog = f.depth = f.darken = f.boost = f.layers = f.nearest = true;
+    const Result r = byCpu(f, scene);
+    const ImageF &rain = r.layers[0].second, &fog = r.layers[1].second, &plate = r.layers[2].second;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            for (int c = 0; c < 4; ++c) {
+                const float under = fog.at(x, y, c) + (1 - fog.at(x, y, 3)) * plate.at(x, y, c);
+                const float all = rain.at(x, y, c) + (1 - rain.at(x, y, 3)) * under;
+                ASSERT_NEAR(all, r.beauty.at(x, y, c), 1e-5 * std::max(1.0f, std::abs(all)));
+            }
+}
+
+TEST(CpuRenderer, LeavesToTheShadersWhatItDoesNotDraw)
+{
+    for (bool Features::*other : {&Features::splashes, &Features::blur, &Features::colorTransfer, &Features::lights}) {
+        Features f;
+        f.rain = true;
+        EXPECT_TRUE(CpuRenderer::draws(f));
+        f.*other = true;
+        EXPECT_FALSE(CpuRenderer::draws(f));
+    }
+}
+
+}  // namespace
+}  // namespace virga::passes
