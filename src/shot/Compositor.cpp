@@ -1,43 +1,18 @@
 #include "shot/Compositor.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <glm/gtc/constants.hpp>
-#include <glm/trigonometric.hpp>
-#include <sstream>
 
-#include "core/Error.h"
-#include "core/Log.h"
 #include "core/Parallel.h"
 #include "core/Timer.h"
-#include "grade/ColorTransfer.h"
-#include "particles/RainField.h"
 #include "passes/SplashPass.h"
 #include "shot/AtlasFile.h"
-#include "shot/CameraTrack.h"
-#include "shot/DepthSource.h"
-#include "shot/LightsFile.h"
 #include "shot/PictureRenderer.h"
-#include "shot/RainModel.h"
-#include "shot/ShotLight.h"
 
 namespace virga::shot {
 namespace {
 
 /// Depth at which an entry of the fog table is a half [m].
 constexpr double fogTableScale = 20;
-
-camera::Track trackOf(const Settings& settings, const Shot& shot)
-{
-    if (!shot.track.empty()) return shot.track;
-    if (settings.camera == "plate")
-        throw Error(ErrorCode::InvalidArgument, "--camera plate: there is no plate's file to read it from");
-    if (hasCameraFile(settings)) return readCameraTrack(settings);
-    return camera::Track({{0, standingPose(settings)}});
-}
 
 /// Replaces NaN, Inf and negative light, which blur and fog would spread over the picture. The count goes to the
 /// report.
@@ -61,75 +36,22 @@ std::size_t repairPixels(ImageF& image)
 
 }  // namespace
 
-camera::Pose standingPose(const Settings& settings)
-{
-    if (settings.ground.empty()) return {};
-    const Ground ground = parseGround(settings.ground);
-    return camera::pitchedPose({0, ground.height_m, 0}, glm::radians(ground.pitch_deg));
-}
+struct Compositor::Impl : ShotScene {
+    using ShotScene::ShotScene;
 
-double exposureOf(const Settings& settings, double fps)
-{
-    // What rain adds to a picture falls as 1 / sqrt(exposure) (Garg and Nayar 2005): at film's 1/48 s it is hardly
-    // there. Footage in which rain shows was shot with the short exposures of daylight.
-    constexpr double daylight_s = 1.0 / 200;
-    if (settings.exposure_s) return *settings.exposure_s;
-    return settings.shutter_deg ? *settings.shutter_deg / 360 / fps : std::min(daylight_s, 1 / fps);
-}
-
-struct Compositor::Impl {
-    Settings settings;
-    Shot shot;
-    camera::Track track;
-    FramePlan plan;
     CompositorStatistics statistics;
-    std::optional<RainModel> rain;
-    std::optional<ShotLight> light;
-    std::optional<DepthSource> depth;
-    std::vector<SceneLight> lamps;
-    grade::ColorLut lut;
 
     std::unique_ptr<PictureRenderer> renderer;
     std::shared_ptr<const depth::Depth> usedDepth;
     double fogTableFocal = -1;  // focal length that the table in use was made for [px]
 
-    camera::Projection projectionAt(const camera::Pose& pose) const;
-    particles::Exposure exposureAt(FrameNumber frame) const;
-    double extinctionAround(const particles::Exposure& exposure) const;
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
-    environment::PlateView viewOf(ConstImageViewF plate, FrameNumber frame) const;
-    void makeLight(const std::vector<PlateSamples::Frame>& samples);
     void setLamps(const particles::Exposure& exposure);
     void setFog(const particles::Exposure& exposure);
     void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
     void openRenderer(const CompositorOptions& options);
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
 };
-
-camera::Projection Compositor::Impl::projectionAt(const camera::Pose& pose) const
-{
-    if (settings.fov_deg)
-        return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(*settings.fov_deg));
-    if (pose.verticalFov) return camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov);
-    return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(60.0));
-}
-
-particles::Exposure Compositor::Impl::exposureAt(FrameNumber frame) const
-{
-    particles::Exposure exposure;
-    exposure.open_s = double(frame) / shot.fps;
-    exposure.duration_s = exposureOf(settings, shot.fps);
-    exposure.poseAtOpen = track.at(double(frame));
-    exposure.poseAtClose = track.at(double(frame) + exposure.duration_s * shot.fps);
-    exposure.projection = projectionAt(exposure.poseAtOpen);
-    return exposure;
-}
-
-/// Extinction of the air near the scene's lamps [1/m]: the fog's, or the mean of the undrawn rain's over 100 m.
-double Compositor::Impl::extinctionAround(const particles::Exposure& exposure) const
-{
-    return settings.fog_1_m ? *settings.fog_1_m : rain->opticalDepth(100, exposure) / 100;
-}
 
 shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure& exposure) const
 {
@@ -167,45 +89,6 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     return c;
 }
 
-environment::PlateView Compositor::Impl::viewOf(ConstImageViewF plate, FrameNumber frame) const
-{
-    constexpr double widest_deg = 170;  // panoramaFromViews' limit
-    const camera::Pose pose = track.at(double(frame));
-    const camera::Projection projection = projectionAt(pose);
-    const double fov = 2 * std::atan(0.5 * projection.width / projection.focal_px);
-    return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
-}
-
-void Compositor::Impl::makeLight(const std::vector<PlateSamples::Frame>& samples)
-{
-    // Beyond this the surroundings are others.
-    constexpr double travel_m = 3;
-    std::string whyNot;
-    bool together = !samples.empty();
-    if (together && track.isStatic()) {
-        together = isSteady(samples, whyNot);
-    } else if (together) {
-        const glm::dvec3 start = track.at(double(samples.front().number)).position;
-        for (const PlateSamples::Frame& sample : samples)
-            together = together && glm::distance(track.at(double(sample.number)).position, start) <= travel_m;
-        if (!together) whyNot = "the camera travels";
-    }
-    std::vector<environment::PlateView> views;
-    std::vector<FrameNumber> numbers;
-    if (together) {
-        for (const PlateSamples::Frame& sample : samples) {
-            views.push_back(viewOf(sample.pixels, sample.number));
-            numbers.push_back(sample.number);
-        }
-    }
-    light.emplace(settings, views);
-    statistics.lightSource =
-        !settings.env.empty() ? settings.env
-        : together ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))
-                   : "plate, each frame" + (whyNot.empty() ? whyNot : ": " + whyNot);
-    log::detail("light from the {}", statistics.lightSource);
-}
-
 void Compositor::Impl::setLamps(const particles::Exposure& exposure)
 {
     std::vector<shared::PointLight> fromCamera;
@@ -220,19 +103,11 @@ void Compositor::Impl::setFog(const particles::Exposure& exposure)
     if (fogTableFocal == exposure.projection.focal_px) return;
     fogTableFocal = exposure.projection.focal_px;
     std::vector<float> table(shared::fogTableSize);
-    // A ground plane says nothing of what stands on it: fog that grew with its depth would draw the horizon across
-    // houses and trees. It levels off at --fog-distance instead.
-    const bool levelsOff = settings.depth.empty() && !settings.ground.empty();
-    const auto opticalDepth = [&](double depth) {
-        if (levelsOff) depth = depth * settings.fogDistance_m / std::max(depth + settings.fogDistance_m, 1e-9);
-        return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m)
-                                : rain->opticalDepth(depth, exposure);
-    };
     parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t i = first; i < last; ++i) {
             const double place = double(i) / (shared::fogTableSize - 1);
             const double depth = place < 1 ? fogTableScale * place / (1 - place) : settings.far_m;
-            table[std::size_t(i)] = float(opticalDepth(depth));
+            table[std::size_t(i)] = float(fogOpticalDepth(depth, exposure));
         }
     });
     statistics.fogExtinction_1_m = extinctionAround(exposure);
@@ -261,30 +136,11 @@ void Compositor::Impl::openRenderer(const CompositorOptions& options)
 
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
                        const PlateSamples& samples)
-    : impl_(std::make_unique<Impl>())
+    : impl_(std::make_unique<Impl>(settings, shot, options.wanted, samples))
 {
     Impl& m = *impl_;
-    m.settings = settings;
-    m.shot = shot;
-    m.track = trackOf(settings, shot);
-    m.plan = planFrame(settings, options.wanted, !m.track.isStatic());
-    if (m.plan.isPassThrough()) return;
-
-    if (m.plan.features.colorTransfer) {
-        std::vector<ConstImageViewF> frames(samples.forGrade.begin(), samples.forGrade.end());
-        const ImageF still = io::readLinearImage(settings.gradeFrom, {}, settings.ocio);
-        try {
-            m.lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
-        } catch (const Error& error) {
-            throw Error(error.code(), "--grade-from '{}': {}", settings.gradeFrom, error.what());
-        }
-    }
-    const particles::Exposure first = m.exposureAt(shot.firstFrame);
-    if (m.plan.features.rain || m.plan.features.fog || m.plan.features.splashes) m.rain.emplace(settings, first);
-    if (m.plan.features.light()) m.makeLight(samples.forLight);
-    if (m.plan.features.lights) m.lamps = readLights(settings.lights);
-    if (m.plan.features.depth) m.depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
-    m.openRenderer(options);
+    m.statistics.lightSource = m.lightSource;
+    if (!m.plan.isPassThrough()) m.openRenderer(options);
 }
 
 Compositor::~Compositor() = default;

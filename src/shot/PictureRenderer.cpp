@@ -170,7 +170,7 @@ std::unique_ptr<gl::Context> openGpu()
 
 std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup)
 {
-    if (passes::CpuRenderer::draws(setup.features)) {
+    if (passes::CpuRenderer::draws(setup.features) && setup.shaderFolder.empty()) {
         if (setup.device == "cpu") return std::make_unique<CpuPicture>(setup);
         if (setup.device == "auto") {
             if (auto gpu = openGpu()) return std::make_unique<ShaderPicture>(std::move(gpu), setup);

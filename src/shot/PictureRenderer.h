@@ -23,7 +23,7 @@ struct PictureSetup {
     const matte::StrokeAtlas& atlas;
     const grade::ColorLut& lut;
     std::string device = "auto";  ///< see makePictureRenderer
-    std::string shaderFolder;     ///< see gl::loadShader
+    std::string shaderFolder;     ///< see gl::loadShader; with one the shaders draw
 };
 
 /// A finished picture and what its features name beside it; the others are empty.

@@ -6,6 +6,8 @@ from support import OFF, CliTest, Run, street, writeImage
 # Two ways to have no OpenGL: no EGL implementation, and one whose drivers are missing.
 NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
 NO_DRIVERS = {"LIBGL_DRIVERS_PATH": "/nonexistent"}
+# What the processor alone does not draw.
+SHADERS = ["--blur", "2"]
 
 
 class Devices(CliTest):
@@ -14,14 +16,20 @@ class Devices(CliTest):
         writeImage(cls.folder / "still.exr", street())
         cls.devices = Run(["info", "--json"], cls.folder).report["devices"]
 
+    def test_rainNeedsNoOpenGL(self):
+        for device in ("auto", "cpu"):
+            report = self.rain("still.exr", "-o", "x.exr", "--device", device, env=NO_EGL)
+            self.assertEqual(report["device"], "processor, without OpenGL")
+            self.assertGreater(report["strokes_per_frame"], 0)
+
     def test_withoutOpenGL(self):
         self.refused(4, ["OpenGL 4.5", "--device auto", "apt-get install"], "rain", "--quiet", "still.exr", "-o", "x.exr",
-                     env=NO_EGL)
+                     *SHADERS, env=NO_EGL)
 
     def test_withoutDrivers(self):
         if not all(device["software"] for device in self.devices):
             self.skipTest("a GPU's driver is not found through Mesa's path")
-        self.refused(4, "OpenGL 4.5", "rain", "--quiet", "still.exr", "-o", "x.exr", env=NO_DRIVERS)
+        self.refused(4, "OpenGL 4.5", "rain", "--quiet", "still.exr", "-o", "x.exr", *SHADERS, env=NO_DRIVERS)
 
     def test_everyEffectOffNeedsNoOpenGL(self):
         for environment in (NO_EGL, NO_DRIVERS):

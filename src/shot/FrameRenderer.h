@@ -1,0 +1,40 @@
+// What turns plate frames into finished ones: the compositor, or the reference that it is measured against.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "depth/DepthImage.h"
+#include "io/Plate.h"
+#include "shot/FramePlan.h"
+
+namespace virga::shot {
+
+/// What happened, for the report.
+struct CompositorStatistics {
+    std::string device;                    ///< GL_RENDERER; empty if no GL was opened
+    std::map<std::string, double> passMs;  ///< summed over the frames
+    double renderSeconds = 0;              ///< render() without waiting for the plate
+    std::size_t frames = 0, strokes = 0, splashes = 0;
+    std::size_t repairedPixels = 0;  ///< NaN, Inf or negative plate pixels that effects would have spread
+    depth::DepthCounts depthCounts;  ///< of the last depth image read
+    bool depthResampled = false;
+    int lightOrder = 0;
+    double lightRemainder = 0;   ///< what the order leaves out: rms over the mean radiance
+    std::size_t lightCount = 0;  ///< lights of the environment that are shaded one by one
+    std::string lightSource;     ///< "frames 0,24,48,72,95 of the plate", "each plate frame: the picture moves", a file
+    double fogExtinction_1_m = 0;  ///< mean over the first 100 m
+};
+
+/// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.
+class FrameRenderer {
+public:
+    virtual ~FrameRenderer() = default;
+
+    virtual const FramePlan& plan() const = 0;
+    /// Renders over `plate.pixels`, which are of the shot's size.
+    virtual io::RenderedFrame render(io::PlateFrame plate) = 0;
+    virtual const CompositorStatistics& statistics() const = 0;
+};
+
+}  // namespace virga::shot

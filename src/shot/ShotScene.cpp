@@ -1,0 +1,144 @@
+#include "shot/ShotScene.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+
+#include "core/Error.h"
+#include "core/Log.h"
+#include "io/ImageFile.h"
+#include "shot/CameraTrack.h"
+
+namespace virga::shot {
+namespace {
+
+camera::Track trackOf(const Settings& settings, const Shot& shot)
+{
+    if (!shot.track.empty()) return shot.track;
+    if (settings.camera == "plate")
+        throw Error(ErrorCode::InvalidArgument, "--camera plate: there is no plate's file to read it from");
+    if (hasCameraFile(settings)) return readCameraTrack(settings);
+    return camera::Track({{0, standingPose(settings)}});
+}
+
+}  // namespace
+
+camera::Pose standingPose(const Settings& settings)
+{
+    if (settings.ground.empty()) return {};
+    const Ground ground = parseGround(settings.ground);
+    return camera::pitchedPose({0, ground.height_m, 0}, glm::radians(ground.pitch_deg));
+}
+
+double exposureOf(const Settings& settings, double fps)
+{
+    // What rain adds to a picture falls as 1 / sqrt(exposure) (Garg and Nayar 2005): at film's 1/48 s it is hardly
+    // there. Footage in which rain shows was shot with the short exposures of daylight.
+    constexpr double daylight_s = 1.0 / 200;
+    if (settings.exposure_s) return *settings.exposure_s;
+    return settings.shutter_deg ? *settings.shutter_deg / 360 / fps : std::min(daylight_s, 1 / fps);
+}
+
+ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted& wanted, const PlateSamples& samples)
+    : settings(settings_), shot(shot_), track(trackOf(settings_, shot_)),
+      plan(planFrame(settings_, wanted, !track.isStatic()))
+{
+    if (plan.isPassThrough()) return;
+    if (plan.features.colorTransfer) {
+        std::vector<ConstImageViewF> frames(samples.forGrade.begin(), samples.forGrade.end());
+        const ImageF still = io::readLinearImage(settings.gradeFrom, {}, settings.ocio);
+        try {
+            lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
+        } catch (const Error& error) {
+            throw Error(error.code(), "--grade-from '{}': {}", settings.gradeFrom, error.what());
+        }
+    }
+    const particles::Exposure first = exposureAt(shot.firstFrame);
+    if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
+    if (plan.features.light()) makeLight(samples.forLight);
+    if (plan.features.lights) lamps = readLights(settings.lights);
+    if (plan.features.depth) depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
+}
+
+camera::Projection ShotScene::projectionAt(const camera::Pose& pose) const
+{
+    if (settings.fov_deg)
+        return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(*settings.fov_deg));
+    if (pose.verticalFov) return camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov);
+    return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(60.0));
+}
+
+particles::Exposure ShotScene::exposureAt(FrameNumber frame) const
+{
+    particles::Exposure exposure;
+    exposure.open_s = double(frame) / shot.fps;
+    exposure.duration_s = exposureOf(settings, shot.fps);
+    exposure.poseAtOpen = track.at(double(frame));
+    exposure.poseAtClose = track.at(double(frame) + exposure.duration_s * shot.fps);
+    exposure.projection = projectionAt(exposure.poseAtOpen);
+    return exposure;
+}
+
+double ShotScene::extinctionAround(const particles::Exposure& exposure) const
+{
+    return settings.fog_1_m ? *settings.fog_1_m : rain->opticalDepth(100, exposure) / 100;
+}
+
+double ShotScene::fogOpticalDepth(double depth_m, const particles::Exposure& exposure) const
+{
+    const double depth = fogDepth(depth_m);
+    return settings.fog_1_m ? *settings.fog_1_m * std::min(depth, settings.far_m) : rain->opticalDepth(depth, exposure);
+}
+
+double ShotScene::fogDepth(double depth_m) const
+{
+    // A ground plane says nothing of what stands on it: fog that grew with its depth would draw the horizon across
+    // houses and trees. It levels off at --fog-distance instead.
+    const bool levelsOff = settings.depth.empty() && !settings.ground.empty();
+    if (!levelsOff) return depth_m;
+    if (std::isinf(depth_m)) return settings.fogDistance_m;
+    return depth_m * settings.fogDistance_m / std::max(depth_m + settings.fogDistance_m, 1e-9);
+}
+
+environment::PlateView ShotScene::viewOf(ConstImageViewF plate, FrameNumber frame) const
+{
+    constexpr double widest_deg = 170;  // panoramaFromViews' limit
+    const camera::Pose pose = track.at(double(frame));
+    const camera::Projection projection = projectionAt(pose);
+    const double fov = 2 * std::atan(0.5 * projection.width / projection.focal_px);
+    return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
+}
+
+void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples)
+{
+    // Beyond this the surroundings are others.
+    constexpr double travel_m = 3;
+    std::string whyNot;
+    bool together = !samples.empty();
+    if (together && track.isStatic()) {
+        together = isSteady(samples, whyNot);
+    } else if (together) {
+        const glm::dvec3 start = track.at(double(samples.front().number)).position;
+        for (const PlateSamples::Frame& sample : samples)
+            together = together && glm::distance(track.at(double(sample.number)).position, start) <= travel_m;
+        if (!together) whyNot = "the camera travels";
+    }
+    std::vector<environment::PlateView> views;
+    std::vector<FrameNumber> numbers;
+    if (together) {
+        for (const PlateSamples::Frame& sample : samples) {
+            views.push_back(viewOf(sample.pixels, sample.number));
+            numbers.push_back(sample.number);
+        }
+    }
+    light.emplace(settings, views);
+    lightSource = !settings.env.empty() ? settings.env
+                  : together
+                      ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))
+                      : "plate, each frame" + (whyNot.empty() ? whyNot : ": " + whyNot);
+    log::detail("light from the {}", lightSource);
+}
+
+}  // namespace virga::shot
