@@ -40,6 +40,8 @@ TAIL = """
 - **Damage**: what a codec can tell is told (`--on-error`). FFmpeg shows most random damage in HEVC, VP9, AV1, ProRes and MJPEG without a word, and so does
   Virga; FFV1 with checksums and MPEG-2 are told from the first wrong bit on nearly always.
 - **Copied packets** are not decoded: damage in them goes along, and a plate that is turned to be shown keeps its turn.
+- **Sound** is copied, and is in time to the sample, through any number of generations (`tests/cli/movie_sound_test.py`). Matroska cannot hide part of a packet:
+  priming that is no whole number of packets (Apple's AAC: two and 64 samples), and the start of sound after a cut, are to the nearest packet there.
 - **Pipes in** are spooled into a file first ($TMPDIR), as frames are asked for by number. **Pipes out** take containers that need no way back.
 - **Killed**: MP4 and MOV are written as fragments under `.NAME.partial.mp4` and rewritten when whole; Matroska, MPEG-TS, AVI and NUT play as far as they go;
   MXF does not.

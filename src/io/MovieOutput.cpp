@@ -107,8 +107,8 @@ MovieOutput::MovieOutput(const std::string& path, const std::string& container)
     AVFormatContext* context = nullptr;
     if (avformat_alloc_output_context2(&context, format, nullptr, path.c_str()) < 0) throw std::bad_alloc();
     context_.reset(context);
-    // Y4M deeper than 8 bits and FLAC in MP4 are standards that FFmpeg still calls young; elsewhere leniency makes files
-    // that nobody can read.
+    // Y4M deeper than 8 bits and FLAC in MP4 are standards that FFmpeg still calls young; elsewhere leniency makes
+    // files that nobody can read.
     if (is("yuv4mpegpipe")) context->strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL;
     if (is("mp4")) context->strict_std_compliance = FF_COMPLIANCE_EXPERIMENTAL;
     context->flush_packets = 1;  // what was muxed is in the file if we are killed
@@ -144,7 +144,9 @@ void MovieOutput::open()
 void MovieOutput::begin(int trackTimescale)
 {
     trackTimescale_ = trackTimescale;
-    firstTimes_.assign(context_->nb_streams, std::nullopt);
+    ends_.assign(context_->nb_streams, {});
+    // Who writes packets before the zero knows why; FFmpeg would move the pictures with them.
+    if (isMatroska()) context_->avoid_negative_ts = AVFMT_AVOID_NEG_TS_DISABLED;
     AVDictionary* options = nullptr;
     if (isIsoMedia()) {
         // The table of a fragmented file waits for the first packets (delay_moov): some codecs are described by them,
@@ -155,14 +157,22 @@ void MovieOutput::begin(int trackTimescale)
     const int result = avformat_write_header(context_.get(), &options);
     av_dict_free(&options);
     check(result);
+    // AAC out of a broadcast stream carries headers that have no place here. FFmpeg's muxer does not take them off
+    // where it writes fragments, whose table it expects before the first packet; here the table waits for that.
+    for (unsigned i = 0; i < context_->nb_streams; ++i)
+        if (const AVCodecParameters& p = *context_->streams[i]->codecpar;
+            p.codec_id == AV_CODEC_ID_AAC && p.extradata_size == 0)
+            context_->flags |= AVFMT_FLAG_AUTO_BSF;
 }
 
 void MovieOutput::write(AVPacket& packet)
 {
     if (isRewritten()) {
-        auto& first = firstTimes_[std::size_t(packet.stream_index)];
+        Ends& ends = ends_[std::size_t(packet.stream_index)];
         if (packet.dts == AV_NOPTS_VALUE) packet.dts = packet.pts;
-        if (!first) first = packet.dts;
+        if (!ends.first) ends.first = packet.dts;
+        ends.last = packet.dts;
+        ends.duration = packet.duration;
     }
     check(av_interleaved_write_frame(context_.get(), &packet));
 }
@@ -222,21 +232,23 @@ bool MovieOutput::rewrite(std::string& problem)
     if (result >= 0) result = avformat_write_header(output.get(), &options);
     av_dict_free(&options);
 
-    std::vector<std::optional<std::int64_t>> shifts(firstTimes_.size());
+    std::vector<std::optional<std::int64_t>> shifts(ends_.size());
     while (result >= 0) {
         const Packet packet = makePacket();
         result = av_read_frame(input.get(), packet.get());
         if (result == AVERROR_EOF) break;
-        if (result < 0 || std::size_t(packet->stream_index) >= firstTimes_.size()) continue;
+        if (result < 0 || std::size_t(packet->stream_index) >= ends_.size()) continue;
         const std::size_t index = std::size_t(packet->stream_index);
         const AVRational from = input->streams[index]->time_base, to = output->streams[index]->time_base;
         av_packet_rescale_ts(packet.get(), from, to);
+        const auto written = [&](std::int64_t time) {
+            return av_rescale_q(time, context_->streams[index]->time_base, to);
+        };
         // A track's own zero is where its first packet lies.
-        if (!shifts[index])
-            shifts[index] =
-                av_rescale_q(firstTimes_[index].value_or(0), context_->streams[index]->time_base, to) - packet->dts;
+        if (!shifts[index]) shifts[index] = written(ends_[index].first.value_or(0)) - packet->dts;
         packet->dts += *shifts[index];
         if (packet->pts != AV_NOPTS_VALUE) packet->pts += *shifts[index];
+        if (packet->dts >= written(ends_[index].last)) packet->duration = written(ends_[index].duration);
         packet->pos = -1;
         result = av_interleaved_write_frame(output.get(), packet.get());
     }

@@ -66,7 +66,11 @@ private:
     std::optional<AtomicFile> file_;  // nothing: standard output, or not opened
     libav::Output context_;
     int trackTimescale_ = 0;
-    std::vector<std::optional<std::int64_t>> firstTimes_;  // decoding time of each stream's first packet
+    struct Ends {
+        std::optional<std::int64_t> first;    // decoding time of the first packet
+        std::int64_t last = 0, duration = 0;  // of the last one
+    };
+    std::vector<Ends> ends_;  // of each stream; fragments do not keep them
 };
 
 }  // namespace virga::io

@@ -10,10 +10,12 @@ extern "C" {
 #include <deque>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "core/Error.h"
 #include "core/Log.h"
 #include "io/MovieMetadata.h"
+#include "io/SoundClock.h"
 
 namespace virga::io {
 
@@ -86,6 +88,7 @@ struct StreamCopy::State {
     int videoIndex = -1;  // of the input; -1 if its pictures are not copied
     AVRational videoTimeBase{0, 1};
     std::map<int, int> outputStreams;  // by the stream's index in the input
+    std::map<int, SoundClock> clocks;  // of the sound among them
     std::int64_t zero = 0;
     std::optional<std::int64_t> cutStart;
     std::deque<Packet> waiting;  // read, but not due yet
@@ -101,15 +104,24 @@ struct StreamCopy::State {
         return packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts;
     }
 
-    AVRational timeBaseOf(const AVPacket& packet) const { return input->streams[packet.stream_index]->time_base; }
+    bool isSound(const AVPacket& packet) const { return clocks.contains(packet.stream_index); }
 
     /// The middle of a packet decides on which side of a cut it is.
     bool isBefore(const AVPacket& packet, std::int64_t cut) const
     {
-        return av_compare_ts(timeOf(packet) + packet.duration / 2, timeBaseOf(packet), cut, videoTimeBase) < 0;
+        return av_compare_ts(timeOf(packet) + packet.duration / 2, packet.time_base, cut, videoTimeBase) < 0;
     }
 
-    /// The next packet into `waiting`; false at the end.
+    /// Before the cut, and not needed by what is after it.
+    bool isCutOff(const AVPacket& packet) const
+    {
+        if (!cutStart || packet.stream_index == videoIndex) return false;
+        if (!isSound(packet) || !(output->isIsoMedia() || output->isMatroska())) return isBefore(packet, *cutStart);
+        const std::int64_t cut = av_rescale_q(*cutStart, videoTimeBase, packet.time_base);
+        return timeOf(packet) + packet.duration <= cut - prerollOf(*input->streams[packet.stream_index]);
+    }
+
+    /// The next packet into `waiting`, its time_base set; false at the end.
     bool read()
     {
         while (!isAtEnd) {
@@ -119,8 +131,10 @@ struct StreamCopy::State {
                 break;
             }
             if (!isCopied(*packet)) continue;
-            const bool isPicture = packet->stream_index == videoIndex;
-            if (!isPicture && cutStart && isBefore(*packet, *cutStart)) continue;
+            packet->time_base = input->streams[packet->stream_index]->time_base;
+            if (const auto clock = clocks.find(packet->stream_index); clock != clocks.end())
+                clock->second.toSamples(*packet);
+            if (isCutOff(*packet)) continue;
             waiting.push_back(std::move(packet));
             return true;
         }
@@ -129,38 +143,45 @@ struct StreamCopy::State {
 
     void write(AVPacket& packet)
     {
-        const AVRational timeBase = timeBaseOf(packet);
         const int index = outputStreams.at(packet.stream_index);
-        const std::int64_t shift = av_rescale_q(zero, videoTimeBase, timeBase);
+        const std::int64_t shift = av_rescale_q(zero, videoTimeBase, packet.time_base);
         if (packet.pts != AV_NOPTS_VALUE) packet.pts -= shift;
         if (packet.dts != AV_NOPTS_VALUE) packet.dts -= shift;
+        if (output->isMatroska() && packet.stream_index != videoIndex) keepAfterZero(packet);
         packet.pos = -1;
         packet.stream_index = index;
-        av_packet_rescale_ts(&packet, timeBase, output->context().streams[index]->time_base);
+        av_packet_rescale_ts(&packet, packet.time_base, output->context().streams[index]->time_base);
         output->write(packet);
     }
 
-    /// Matroska has no times before zero but a delay of the codec's, which players leave out; FFmpeg's muxer moves the
-    /// packets by it.
-    void primeSound()
+    /// For Matroska. Its muxer writes the delay of Opus, by which readers move the packets back, and moves none itself.
+    void keepAfterZero(AVPacket& packet) const
     {
-        std::map<int, std::int64_t> first;  // of each sound stream
-        std::size_t sounds = 0;
-        for (const auto& [index, _] : outputStreams)
-            sounds += input->streams[index]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO ? 1 : 0;
-        constexpr std::size_t most = 1000;  // a stream that begins much later needs no delay
-        while (first.size() < sounds && waiting.size() < most && read()) {
+        const AVCodecParameters& parameters = *input->streams[packet.stream_index]->codecpar;
+        if (parameters.codec_id == AV_CODEC_ID_OPUS) packet.dts = packet.pts += parameters.initial_padding;
+        if (packet.pts >= 0) return;
+        if (isSound(packet) && packet.pts + packet.duration / 2 < 0) setDiscardedSamples(packet, packet.duration);
+        packet.dts = packet.pts = 0;
+    }
+
+    /// Sound that is discarded at the start stands at the time of what is heard first, in Matroska: it is put back
+    /// before that. Reads to the first packet of each sound that is heard.
+    void placePriming()
+    {
+        std::set<int> begun;
+        constexpr std::size_t most = 1000;  // a stream that begins much later has no priming
+        while (begun.size() < clocks.size() && waiting.size() < most && read()) {
             const AVPacket& packet = *waiting.back();
-            if (input->streams[packet.stream_index]->codecpar->codec_type == AVMEDIA_TYPE_AUDIO)
-                first.emplace(packet.stream_index, timeOf(packet));
-        }
-        for (const auto& [index, time] : first) {
-            const AVRational timeBase = input->streams[index]->time_base;
-            const std::int64_t early = av_rescale_q(zero, videoTimeBase, timeBase) - time;
-            AVCodecParameters& to = *output->context().streams[outputStreams.at(index)]->codecpar;
-            if (early > 0 && to.sample_rate > 0)
-                to.initial_padding =
-                    std::max(to.initial_padding, int(av_rescale_q(early, timeBase, {1, to.sample_rate})));
+            if (!isSound(packet) || (packet.duration > 0 && discardedSamples(packet) >= packet.duration) ||
+                !begun.insert(packet.stream_index).second)
+                continue;
+            std::int64_t next = packet.pts;
+            for (auto before = waiting.rbegin() + 1; before != waiting.rend(); ++before)
+                if ((*before)->stream_index == packet.stream_index) {
+                    next = std::min((*before)->pts, next - (*before)->duration);
+                    (*before)->dts = (*before)->pts = next;
+                    setDiscardedSamples(**before, 0);
+                }
         }
     }
 };
@@ -199,6 +220,8 @@ StreamCopy::StreamCopy(const MovieOrigin& origin, MovieOutput& output, Pictures 
         }
         from.discard = AVDISCARD_DEFAULT;
         s.outputStreams[int(i)] = to->index;
+        if (from.codecpar->codec_type == AVMEDIA_TYPE_AUDIO && from.codecpar->sample_rate > 0)
+            s.clocks.emplace(int(i), SoundClock(from, !output.isMatroska()));
     }
 }
 
@@ -208,7 +231,7 @@ void StreamCopy::begin(std::int64_t zero, std::optional<std::int64_t> cutStart)
 {
     state_->zero = zero;
     state_->cutStart = cutStart;
-    if (state_->input && state_->output->isMatroska()) state_->primeSound();
+    if (state_->input) state_->placePriming();
 }
 
 void StreamCopy::copyAll() { copyUntil(std::numeric_limits<std::int64_t>::max()); }

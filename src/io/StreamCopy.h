@@ -13,8 +13,10 @@ namespace virga::io {
 /// timed data (GoPro's telemetry, KLV) and attached files (fonts). Kept beside the pictures in time: call copyUntil as
 /// they are written. With Pictures::Copied the pictures' own packets go along (MovieCopy.cpp).
 ///
-/// Sound stays in step: what an encoder put before the first sample (AAC's and Opus's priming) keeps its place before
-/// the zero, as an edit list in MP4 and as a codec delay in Matroska.
+/// Sound stays in step to the sample. What an encoder put before the first sample (AAC's and Opus's priming), and what
+/// a decoder has to hear before a cut, stays before the zero: MP4 and MOV hide it by their edit list; Matroska, which
+/// has no times before zero, holds it in packets at zero that are discarded whole (DiscardPadding), so that sound
+/// begins to the nearest packet there, and so it does after a cut in other containers.
 class StreamCopy {
 public:
     enum class Pictures { LeftOut, Copied };
@@ -23,8 +25,8 @@ public:
     StreamCopy(const MovieOrigin& origin, MovieOutput& output, Pictures pictures);
     ~StreamCopy();
 
-    /// `zero`: the plate's time that becomes 0. `cutStart`: the time before which packets are left out, to the nearest
-    /// packet. In units of the plate's video time base. Call once, before the header is written.
+    /// `zero`: the plate's time that becomes 0. `cutStart`: the time before which packets are left out. In units of the
+    /// plate's video time base. Call once, before the header is written.
     void begin(std::int64_t zero, std::optional<std::int64_t> cutStart);
 
     /// Everything that begins before `end` (plate's video time base). Throws Error(Output).

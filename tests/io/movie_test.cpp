@@ -328,7 +328,9 @@ TEST(MovieSound, IsCutWithTheFrames)
         std::vector<double> packets;
         for (double time = 0; times >> time;) packets.push_back(time);
         ASSERT_FALSE(packets.empty());
-        EXPECT_NEAR(packets.front(), 0, 0.03) << name;
+        // What the decoder has to hear first lies before the zero, or is discarded at it.
+        EXPECT_LE(packets.front(), 0) << name;
+        EXPECT_GE(packets.front(), -0.1 - 0.03) << name;
         EXPECT_NEAR(packets.back(), 1 - 0.02, 0.03) << name;
     }
 }
