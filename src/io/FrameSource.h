@@ -51,6 +51,7 @@ struct MovieOrigin {
     int codecId = 0, profile = 0, pixelFormat = 0;
     int range = 0, primaries = 0, transfer = 0, matrix = 0, chromaLocation = 0;  ///< as tagged
     YuvCoding coding;       ///< what the codes mean, by tags or guess
+    bool isRangeGuessed = false, isMatrixGuessed = false;                        ///< nobody tagged these two
     bool isPlain = false;   ///< every packet of the stream is one frame, whole, at a time stamp of its own
     bool isTurned = false;  ///< rows became columns by the display matrix
     int fieldOrder = 0;     ///< of the pictures as they are handed out: AV_FIELD_*

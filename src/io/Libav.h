@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,8 +47,28 @@ Packet makePacket();
 
 /// FFmpeg's words for an error number.
 std::string errorText(int error);
-/// Once a process: FFmpeg's own messages go to the detailed log.
+/// Once a process: FFmpeg's own messages go to the detailed log, and those of a decoder with Complaints there too.
 void routeMessages();
+
+/// What a decoder says of the packets that it is given, which is more than it returns: of HEVC, a picture's hash that
+/// does not fit (ITU-T H.265, D.3.19), a reference that is missing, slices that end before the picture does. It talks
+/// through routeMessages. AVCodecContext::opaque points to this, and its reordered_opaque is set to a packet's time
+/// before the packet is sent. Any thread may call.
+class Complaints {
+public:
+    void add(std::int64_t packetTime);
+    /// The last block of the packet's picture has been decoded.
+    void addWhole(std::int64_t packetTime);
+    /// Before the packet is sent again.
+    void forget(std::int64_t packetTime);
+    /// Whether it was found fault with, or is not whole, as far as this decoder says so of any.
+    bool has(std::int64_t packetTime) const;
+
+private:
+    mutable std::mutex mutex_;
+    std::set<std::int64_t> wrong_, whole_;
+    bool saysWhole_ = false;
+};
 
 /// The samples that a pixel format has, whatever their layout in memory; nothing for formats that are not supported
 /// (float, Bayer, XYZ, bits packed into bytes, hardware).

@@ -42,6 +42,16 @@ bool refusesWrongPackets(AVCodecID codec)
     return descriptor != nullptr && (descriptor->props & (AV_CODEC_PROP_INTRA_ONLY | AV_CODEC_PROP_LOSSLESS)) != 0;
 }
 
+/// Whether what the decoder says is wrong with a packet is wrong with its picture. Other decoders complain of
+/// references that they have not seen after a seek, and mark what is damaged.
+bool complaintsCount(AVCodecID codec)
+{
+    const AVCodecDescriptor* descriptor = avcodec_descriptor_get(codec);
+    return codec == AV_CODEC_ID_HEVC || (descriptor != nullptr && (descriptor->props & AV_CODEC_PROP_INTRA_ONLY) != 0);
+}
+
+std::int64_t timeOf(const AVPacket& packet) { return packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts; }
+
 }  // namespace
 
 MovieDecoder::MovieDecoder(MovieInput& input, const PictureIndex& index, FrameNumber firstFrame)
@@ -67,6 +77,7 @@ void MovieDecoder::open()
     decoder_->flags |= AV_CODEC_FLAG_UNALIGNED;
     decoder_->err_recognition |= AV_EF_CRCCHECK;
     if (refusesWrongPackets(parameters->codec_id)) decoder_->err_recognition |= AV_EF_EXPLODE;
+    if (complaintsCount(parameters->codec_id)) decoder_->opaque = &complaints_;
     const int result = avcodec_open2(decoder_.get(), codec, nullptr);
     if (result < 0)
         throw Error(ErrorCode::Input, "{}: its {} video cannot be decoded ({})", input_.name(), codec->name,
@@ -120,7 +131,7 @@ const AVFrame& MovieDecoder::checked(std::size_t index) const
 {
     const std::int64_t time = index_.pictures[index].time;
     const AVFrame& frame = *kept(time);
-    if (!wrongTimes_.contains(time) && frame.decode_error_flags == 0 && (frame.flags & AV_FRAME_FLAG_CORRUPT) == 0)
+    if (!complaints_.has(time) && frame.decode_error_flags == 0 && (frame.flags & AV_FRAME_FLAG_CORRUPT) == 0)
         return frame;
     const FrameNumber number = firstFrame_ + FrameNumber(index);
     const FrameNumber lastTouched = firstFrame_ + FrameNumber(index_.lastBuiltOn(index));
@@ -195,8 +206,11 @@ bool MovieDecoder::decodeUntil(std::int64_t target)
 /// A packet into the decoder. What it cannot use shows as a picture that does not come.
 void MovieDecoder::send(const AVPacket& packet)
 {
+    // What was said of it before may have been for want of what it builds on.
+    complaints_.forget(timeOf(packet));
     if (index_.hasChecksums && checkFfv1Packet(packet.data, std::size_t(packet.size)) != Ffv1Checksum::Right)
-        wrongTimes_.insert(packet.pts != AV_NOPTS_VALUE ? packet.pts : packet.dts);
+        complaints_.add(timeOf(packet));
+    decoder_->reordered_opaque = timeOf(packet);
     if (avcodec_send_packet(decoder_.get(), &packet) < 0) ++counted_;  // a picture that will not come is one as well
 }
 

@@ -8,7 +8,6 @@
 
 #include <deque>
 #include <limits>
-#include <set>
 #include <string>
 
 #include "core/FrameRange.h"
@@ -43,17 +42,17 @@ private:
     MovieInput& input_;
     const PictureIndex& index_;
     FrameNumber firstFrame_;
+    libav::Complaints complaints_;  // outlives the decoder, which points to it
     libav::Codec decoder_;
 
     struct Decoded {
         std::int64_t time;  // presentation
         libav::Frame frame;
     };
-    std::deque<Decoded> last_;           // the pictures that the decoder gave last, newest at the back
-    std::int64_t lastTime_ = nowhere;    // presentation time of the newest
-    std::int64_t counted_ = 0;           // pictures since restart(), lost ones included
-    bool drained_ = false;               // the decoder has been told that there are no more packets
-    std::set<std::int64_t> wrongTimes_;  // presentation times of packets whose checksum is wrong
+    std::deque<Decoded> last_;         // the pictures that the decoder gave last, newest at the back
+    std::int64_t lastTime_ = nowhere;  // presentation time of the newest
+    std::int64_t counted_ = 0;         // pictures since restart(), lost ones included
+    bool drained_ = false;             // the decoder has been told that there are no more packets
 };
 
 }  // namespace virga::io

@@ -125,15 +125,18 @@ void describeTags(const MovieInput& input, const AVFrame* first, MovieDescriptio
     origin.transfer = tag(parameters.color_trc, AVCOL_TRC_UNSPECIFIED, picture.color_trc);
     origin.matrix = tag(parameters.color_space, AVCOL_SPC_UNSPECIFIED, picture.colorspace);
     origin.chromaLocation = tag(parameters.chroma_location, AVCHROMA_LOC_UNSPECIFIED, picture.chroma_location);
-    if (origin.range == AVCOL_RANGE_UNSPECIFIED)
-        origin.range = isFullRangeName(movie.pixelFormat) || movie.format.family != PlanarFormat::Family::Yuv
-                           ? AVCOL_RANGE_JPEG
-                           : AVCOL_RANGE_MPEG;
-    if (movie.format.family == PlanarFormat::Family::Rgb)
+    if (origin.range == AVCOL_RANGE_UNSPECIFIED) {
+        const bool isFull = isFullRangeName(movie.pixelFormat) || movie.format.family != PlanarFormat::Family::Yuv;
+        origin.range = isFull ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+        origin.isRangeGuessed = !isFull;
+    }
+    if (movie.format.family == PlanarFormat::Family::Rgb) {
         origin.matrix = AVCOL_SPC_RGB;
-    else if (origin.matrix == AVCOL_SPC_UNSPECIFIED || origin.matrix == AVCOL_SPC_RESERVED ||
-             origin.matrix == AVCOL_SPC_RGB)
+    } else if (origin.matrix == AVCOL_SPC_UNSPECIFIED || origin.matrix == AVCOL_SPC_RESERVED ||
+               origin.matrix == AVCOL_SPC_RGB) {
         origin.matrix = guessedMatrix(movie.info.width, movie.info.height);
+        origin.isMatrixGuessed = true;
+    }
     movie.coding = yuvCoding(origin.matrix, origin.range == AVCOL_RANGE_JPEG, input.name());
     origin.coding = movie.coding;
 }

@@ -286,13 +286,14 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
     // As tagged in the plate where the colours are the plate's, so that the codes mean what they meant there.
     ColorTags tags = tagsOf(plate.colors->equivalent(format.colorspace));
     const bool isYuv = format.planar.family == PlanarFormat::Family::Yuv;
-    bool isFullRange = !isYuv;
+    bool isFullRange = !isYuv, staysUntagged = false;
     if (origin != nullptr && format.colorspace == plate.colorspace) {
         tags.transfer = origin->transfer;
         tags.primaries = origin->primaries;
         if (origin->matrix != AVCOL_SPC_RGB) tags.matrix = origin->matrix;
         const bool wasYuv = samplesOf(origin->pixelFormat)->family == PlanarFormat::Family::Yuv;
         if (isYuv == wasYuv) isFullRange = origin->range == AVCOL_RANGE_JPEG;
+        staysUntagged = isYuv == wasYuv;
     }
     if (tags.matrix == AVCOL_SPC_UNSPECIFIED) tags.matrix = guessedMatrix(plate.width, plate.height);
     if (isEncoder(*encoder, "mjpeg")) {  // JFIF knows nothing else
@@ -314,10 +315,15 @@ Codec openEncoder(const std::string& path, const AVFormatContext& output, const 
     codec->framerate = clock.rate;
     codec->sample_aspect_ratio = origin != nullptr ? AVRational{origin->pixelAspect.num, origin->pixelAspect.den}
                                                    : av_d2q(plate.pixelAspect, 1000);
-    codec->color_range = isFullRange ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
+    // What the plate leaves open stays open where its codes go through: tagged with our guess they would be shown as
+    // something else than before by programs that guess otherwise.
+    staysUntagged = staysUntagged && tags.matrix == origin->matrix;
+    codec->color_range = isFullRange                               ? AVCOL_RANGE_JPEG
+                         : staysUntagged && origin->isRangeGuessed ? AVCOL_RANGE_UNSPECIFIED
+                                                                   : AVCOL_RANGE_MPEG;
     codec->color_primaries = AVColorPrimaries(tags.primaries);
     codec->color_trc = AVColorTransferCharacteristic(tags.transfer);
-    codec->colorspace = AVColorSpace(tags.matrix);
+    codec->colorspace = staysUntagged && origin->isMatrixGuessed ? AVCOL_SPC_UNSPECIFIED : AVColorSpace(tags.matrix);
     if (origin != nullptr) codec->chroma_sample_location = AVChromaLocation(origin->chromaLocation);
     codec->bits_per_raw_sample = format.planar.bits;
     codec->thread_count = 0;

@@ -151,7 +151,8 @@ void MovieOutput::begin(int trackTimescale)
     if (isIsoMedia()) {
         // The table of a fragmented file waits for the first packets (delay_moov): some codecs are described by them,
         // and so are edit lists.
-        av_dict_set(&options, "movflags", "+write_colr+frag_keyframe+delay_moov+default_base_moof", 0);
+        av_dict_set(&options, "movflags", "+frag_keyframe+delay_moov+default_base_moof", 0);
+        tagColor(&options);
         if (trackTimescale > 0) av_dict_set_int(&options, "video_track_timescale", trackTimescale, 0);
     }
     const int result = avformat_write_header(context_.get(), &options);
@@ -163,6 +164,17 @@ void MovieOutput::begin(int trackTimescale)
         if (const AVCodecParameters& p = *context_->streams[i]->codecpar;
             p.codec_id == AV_CODEC_ID_AAC && p.extradata_size == 0)
             context_->flags |= AVFMT_FLAG_AUTO_BSF;
+}
+
+/// An atom of colour that says "unspecified" would still say that the range is limited.
+void MovieOutput::tagColor(AVDictionary** options) const
+{
+    for (unsigned i = 0; i < context_->nb_streams; ++i)
+        if (const AVCodecParameters& p = *context_->streams[i]->codecpar;
+            p.codec_type == AVMEDIA_TYPE_VIDEO &&
+            (p.color_range != AVCOL_RANGE_UNSPECIFIED || p.color_primaries != AVCOL_PRI_UNSPECIFIED ||
+             p.color_trc != AVCOL_TRC_UNSPECIFIED || p.color_space != AVCOL_SPC_UNSPECIFIED))
+            av_dict_set(options, "movflags", "+write_colr", AV_DICT_APPEND);
 }
 
 void MovieOutput::write(AVPacket& packet)
@@ -222,7 +234,8 @@ bool MovieOutput::rewrite(std::string& problem)
     std::swap(output->nb_chapters, context_->nb_chapters);
 
     AVDictionary* options = nullptr;
-    av_dict_set(&options, "movflags", "+write_colr+faststart", 0);
+    av_dict_set(&options, "movflags", "+faststart", 0);
+    tagColor(&options);
     if (trackTimescale_ > 0) {
         av_dict_set_int(&options, "video_track_timescale", trackTimescale_, 0);
         // Edit lists count in the movie's ticks: as fine as the pictures', so that sound stays where it was.

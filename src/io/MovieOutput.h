@@ -20,6 +20,8 @@
 #include "io/AtomicFile.h"
 #include "io/Libav.h"
 
+struct AVDictionary;
+
 namespace virga::io {
 
 /// The path that means standard output.
@@ -58,6 +60,7 @@ public:
 private:
     bool isPipe() const { return isPipe_; }
     bool isRewritten() const { return isIsoMedia() && !isPipe(); }
+    void tagColor(AVDictionary** options) const;
     /// Writes the fragments once more as a plain file; false if that fails, with the reason in `problem`.
     bool rewrite(std::string& problem);
 

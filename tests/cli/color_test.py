@@ -7,7 +7,7 @@ import zlib
 
 import numpy as np
 import OpenImageIO as oiio
-from support import OFF, CliTest, Run, ffmpeg, probe, readImage, writeImage
+from support import CHEAP, OFF, CliTest, Run, ffmpeg, probe, readImage, writeImage
 
 W, H = 64, 48
 BOUND = 2e-5  # of the brightest value
@@ -160,6 +160,46 @@ class AgainstFfmpeg(CliTest):
         run = self.succeeds("info", clip)
         self.assertIn("log100 transfer (not supported), film primaries (not supported)", run.out)
         self.assertIn("taken for sRGB", run.err)
+
+
+class Untagged(CliTest):
+    """What a plate leaves open a result with the same codes leaves open, so that both are shown alike."""
+
+    TAGS = ("color_range", "color_space", "color_transfer", "color_primaries")
+
+    def tags(self, name):
+        return [probe(self.folder / name).get(tag) for tag in self.TAGS]
+
+    def plate(self, name, encoder, *arguments):
+        ffmpeg("-f", "lavfi", "-i", f"testsrc2=s={W}x{H}:r=25:d=0.12", *encoder, *arguments, self.folder / name)
+
+    def test_staysUntagged(self):
+        for name, result, encoder in (("a.mp4", "o.mp4", ["-c:v", "libx264"]), ("a.mp4", "o.mov", ["-c:v", "libx264"]),
+                                      ("a.mp4", "o.mkv", ["-c:v", "libx264"]), ("a.mkv", "o.mkv", ["-c:v", "ffv1"]),
+                                      ("b.mkv", "o.mkv", ["-c:v", "libx265", "-x265-params", "log-level=none"]),
+                                      ("a.mov", "o.mov", ["-c:v", "prores_ks"]), ("a.webm", "o.webm", ["-c:v", "libvpx-vp9"])):
+            with self.subTest(plate=name, result=result):
+                self.plate(name, [*encoder, "-pix_fmt", "yuv422p10" if "mov" in name else "yuv420p"])
+                self.assertEqual(self.tags(name)[1:], [None] * 3)
+                self.rain(name, "-o", result, *OFF, "--reencode")
+                self.assertEqual(self.tags(result), self.tags(name))
+                self.rain(name, "-o", result, *CHEAP, "--rate", "5", "--splashes", "0", "--blur", "0")
+                self.assertEqual(self.tags(result), self.tags(name))
+
+    def test_whatIsTaggedStays(self):
+        """Some of it: the rest stays open."""
+        self.plate("part.mp4", ["-c:v", "libx264", "-color_range", "pc", "-colorspace", "bt709"])
+        for result in ("o.mp4", "o.mov", "o.mkv"):
+            self.rain("part.mp4", "-o", result, *OFF, "--reencode")
+            self.assertEqual(self.tags(result), ["pc", "bt709", None, None])
+
+    def test_otherCodesAreTagged(self):
+        self.plate("a.mkv", ["-c:v", "ffv1", "-pix_fmt", "gbrp"])
+        self.rain("a.mkv", "-o", "o.mp4", *OFF, "--codec", "libx264", "--pixel-format", "yuv420p")
+        self.assertEqual(self.tags("o.mp4")[:2], ["tv", "bt709"])
+        self.plate("a.mp4", ["-c:v", "libx264", "-pix_fmt", "yuv420p"])
+        self.rain("a.mp4", "-o", "o.mp4", *OFF, "--output-colorspace", "Rec.2020")
+        self.assertEqual(self.tags("o.mp4")[1:], ["bt2020nc", "bt2020-10", "bt2020"])
 
 
 class WhoSays(CliTest):

@@ -5,6 +5,7 @@ VIRGA_FORMATS_OUT names a file to which each row of the table is added as a line
 import json
 import os
 import random
+import re
 import shutil
 import subprocess
 import unittest
@@ -327,6 +328,35 @@ class Damage(CliTest):
                     data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
                 with self.subTest(clip=name, seed=seed):
                     self.survives(name, bytes(data), "--on-error", chance.choice(["skip", "hold", "stop"]))
+
+    def test_pictureHashOfHevc(self):
+        """A decoder that is told what the picture should be (D.3.19) and only logs it: those frames, and no others, are named."""
+        plate = self.folder / "hash.mkv"
+        # Noise makes packets of which the middle is picture.
+        ffmpeg("-f", "lavfi", "-i", f"testsrc2=s={SIZE}:r=25:d={FRAMES / 25}", "-vf", "noise=alls=40:allf=t:all_seed=2", "-c:v",
+               "libx265", "-x265-params", "hash=1:log-level=none:keyint=4:bframes=2", plate)
+        packets = json.loads(subprocess.run(["ffprobe", "-v", "error", "-of", "json", "-show_entries", "packet=pos,size", str(plate)],
+                                            check=True, capture_output=True).stdout)["packets"]
+        whole, found = frameCodes(plate), 0
+        self.assertNotIn("damaged", self.succeeds("rain", plate, "-o", "out.mkv", *OFF, "--codec", "ffv1").err)
+        for packet in packets:
+            data = bytearray(plate.read_bytes())
+            data[int(packet["pos"]) + int(packet["size"]) // 2] ^= 4
+            (self.folder / "bad.mkv").write_bytes(data)
+            shown = frameCodes(self.folder / "bad.mkv", extra=["-v", "quiet"])
+            self.assertEqual(len(shown), FRAMES)
+            wrong = {i for i in range(FRAMES) if shown[i] != whole[i]}
+            run = self.virga("rain", "bad.mkv", "-o", "out.mkv", *OFF, "--codec", "ffv1", "--on-error", "skip")
+            named = {int(n) for n in re.findall(r"frame (\d+) is damaged", run.err)}
+            self.assertEqual(named, wrong, run)
+            if len(wrong) < FRAMES:
+                self.assertEqual(frameCodes(self.folder / "out.mkv"), [whole[i] for i in range(FRAMES) if i not in wrong])
+            if wrong:
+                self.survives("bad.mkv", bytes(data), "--on-error", "hold")
+                self.refused(3, f"frame {min(wrong)} is damaged", "rain", "bad.mkv", "-o", "p.mkv", *OFF, "--codec", "ffv1",
+                             "--quiet")
+            found += len(wrong)
+        self.assertGreater(found, 2 * len(packets))
 
     def test_wrongExtension(self):
         shutil.copy(self.folder / "h264.mp4", self.folder / "wrong.avi")
