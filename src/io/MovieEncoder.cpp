@@ -111,6 +111,19 @@ std::string valuesOf(const AVCodec& encoder, const AVOption& option)
     return option.max > option.min ? fmt::format("{:g} to {:g}", option.min, option.max) : "another kind of value";
 }
 
+/// What x264 and x265 take for options that FFmpeg hands on as text. They would refuse others in a line of their own.
+std::vector<std::string> libraryWords(const AVCodec& encoder, const std::string& option)
+{
+    const bool isX264 = isEncoder(encoder, "libx264") || isEncoder(encoder, "libx264rgb");
+    if (!isX264 && !isEncoder(encoder, "libx265")) return {};
+    if (option == "preset")
+        return {"ultrafast", "superfast", "veryfast", "faster",   "fast",
+                "medium",    "slow",      "slower",   "veryslow", "placebo"};
+    if (option != "tune") return {};
+    if (isX264) return {"film", "animation", "grain", "stillimage", "psnr", "ssim", "fastdecode", "zerolatency"};
+    return {"psnr", "ssim", "grain", "fastdecode", "zerolatency", "animation"};
+}
+
 void setAskedOption(AVCodecContext& codec, const AVCodec& encoder, const char* flag, const std::string& name,
                     const std::string& value)
 {
@@ -125,6 +138,10 @@ void setAskedOption(AVCodecContext& codec, const AVCodec& encoder, const char* f
                         ? "it has " + all
                         : fmt::format("'ffmpeg -h encoder={}' lists its {}", encoder.name, names.size()));
     }
+    if (const auto words = libraryWords(encoder, name);
+        !words.empty() && std::find(words.begin(), words.end(), value) == words.end())
+        throw Error(ErrorCode::InvalidArgument, "{} '{}': codec '{}' takes {}", flag,
+                    name == "preset" ? value : name + "=" + value, encoder.name, fmt::join(words, ", "));
     if (av_opt_set(&codec, name.c_str(), value.c_str(), AV_OPT_SEARCH_CHILDREN) < 0)
         throw Error(ErrorCode::InvalidArgument, "{} '{}={}': codec '{}' takes {}", flag, name, value, encoder.name,
                     valuesOf(encoder, *option));

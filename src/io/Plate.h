@@ -202,8 +202,12 @@ ImageF readLinearImage(const std::string& path, const std::string& colorspace = 
 /// Throws Error(Output).
 void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector<std::string>& channelNames, bool half,
               const char* compression = "zip");
-/// Scene-linear RGB(A) -> 8-bit sRGB PNG, atomically. Values outside 0..1 are clipped. Throws Error(Output).
+/// RGB(A) in linear light of Rec.709 -> 8-bit sRGB PNG, atomically. Values outside 0..1 are clipped. Throws
+/// Error(Output).
 void writePng(const std::string& path, ConstImageViewF linear);
+/// The same from `space` of `colors`, such as a plate's working space. Data, and a space that no way leads from to
+/// sRGB, is shown as if it were Rec.709: a picture to look at is better than none.
+void writePng(const std::string& path, ConstImageViewF linear, const ColorConfig& colors, const std::string& space);
 
 /// What the file's "Software" says, if all of its pixels can be read; else, and if there is no file, empty.
 std::string wholeImageSoftware(const std::string& path);

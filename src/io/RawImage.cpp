@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/Error.h"
+#include "core/Log.h"
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
@@ -76,14 +77,35 @@ void writeExr(const std::string& path, ConstImageViewF pixels, const std::vector
     writeImageFile(path, image);
 }
 
+namespace {
+
+std::shared_ptr<const ColorTransform> displayTransform(const ColorConfig& colors, const std::string& space)
+{
+    const NamedSpace* known = colors.equivalent(space);
+    const bool isData = known != nullptr && known->primaries == nullptr;
+    try {
+        if (!isData) return colors.transform(space, "sRGB");
+    } catch (const Error& error) {
+        log::detail("a preview is shown as if its colours were Rec.709: {}", error.what());
+    }
+    return makeColorTransform("Linear Rec.709", "sRGB");
+}
+
+}  // namespace
+
 void writePng(const std::string& path, ConstImageViewF linear)
+{
+    writePng(path, linear, *ColorConfig::builtIn(), "Linear Rec.709");
+}
+
+void writePng(const std::string& path, ConstImageViewF linear, const ColorConfig& colors, const std::string& space)
 {
     checkOutputFolder(path);
     if (imageFormatOf(path) != "png") throw Error(ErrorCode::Output, "{}: this is written as PNG, name it .png", path);
     ImageF codes(linear.width(), linear.height(), linear.channels());
     for (int y = 0; y < codes.height(); ++y)
         std::copy_n(linear.row(y), std::size_t(codes.width()) * std::size_t(codes.channels()), codes.row(y));
-    linearToCodes(codes, *makeColorTransform("Linear Rec.709", "sRGB"), true);
+    linearToCodes(codes, *displayTransform(colors, space), true);
     static const char* const names[] = {"R", "G", "B", "A"};
     ImageToWrite image;
     image.isStraight = codes.channels() == 4;

@@ -57,7 +57,7 @@ void ContactSheet::addAfter(FrameNumber frame, ConstImageViewF beauty)
     if (isWanted(frame)) after_[frame] = reduced(beauty);
 }
 
-void ContactSheet::write() const
+void ContactSheet::write(const io::PlateInfo& plate) const
 {
     if (after_.empty()) return;
     const int width = after_.begin()->second.width(), height = after_.begin()->second.height();
@@ -68,7 +68,7 @@ void ContactSheet::write() const
         paste(sheet, after, width + gap, top);
         top += height + gap;
     }
-    io::writePng(path_, sheet);
+    io::writePng(path_, sheet, *plate.colors, plate.workingColorspace);
 }
 
 }  // namespace virga::shot

@@ -7,6 +7,10 @@
 #include "core/FrameRange.h"
 #include "core/Image.h"
 
+namespace virga::io {
+struct PlateInfo;
+}
+
 namespace virga::shot {
 
 /// A before/after contact sheet of a few frames spread over the shot (`--preview`).
@@ -17,8 +21,9 @@ public:
 
     void addBefore(FrameNumber frame, ConstImageViewF plate);
     void addAfter(FrameNumber frame, ConstImageViewF beauty);
-    /// Before in the left column, after in the right, a frame a row. Throws Error(Output).
-    void write() const;
+    /// Before in the left column, after in the right, a frame a row; from the plate's working space. Throws
+    /// Error(Output).
+    void write(const io::PlateInfo& plate) const;
 
 private:
     bool isWanted(FrameNumber frame) const;

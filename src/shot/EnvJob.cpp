@@ -123,7 +123,12 @@ json asJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 /// Writes the file, and bakes what drops make of it.
 class Delivery {
 public:
-    Delivery(const EnvJobOptions& options, bool isFootage) : options_(options), isFootage_(isFootage) {}
+    /// space: of `colors`, that the panoramas are in.
+    Delivery(const EnvJobOptions& options, bool isFootage, std::shared_ptr<const io::ColorConfig> colors,
+             std::string space)
+        : options_(options), isFootage_(isFootage), colors_(std::move(colors)), space_(std::move(space))
+    {
+    }
 
     /// number: of a panorama of a sequence.
     void deliver(const Panorama& panorama, const std::string& path, std::optional<FrameNumber> number)
@@ -145,7 +150,8 @@ public:
         const std::string preview = previewName(options_);
         if (preview.empty()) return;
         io::writePng(preview,
-                     environment::previewSheet(panorama, baked, std::filesystem::path(path).filename().string()));
+                     environment::previewSheet(panorama, baked, std::filesystem::path(path).filename().string()),
+                     *colors_, space_);
         report_["preview"] = preview;
     }
 
@@ -185,6 +191,8 @@ private:
 
     const EnvJobOptions& options_;
     bool isFootage_;
+    std::shared_ptr<const io::ColorConfig> colors_;
+    std::string space_;
     bool isFirst_ = true;
     json report_ = json::object();
     json files_ = json::array();
@@ -251,7 +259,7 @@ json fromPanorama(const EnvJobOptions& options, bool isMovie)
     for (const std::string& sentence : highlights.said) log::warning("{}", sentence);
     if (isTurned(options)) panorama = environment::turned(panorama, orientation(options));
 
-    Delivery delivery(options, false);
+    Delivery delivery(options, false, colors, colors->working(colorspace));
     const std::string path = io::isFramePattern(options.output) ? io::framePath(options.output, 0) : options.output;
     delivery.deliver(panorama, path, std::nullopt);
     json report = delivery.report();
@@ -622,7 +630,7 @@ json fromFootage(const EnvJobOptions& options, const std::function<Verdict(const
         log::info("'{}': mode {}, {}", options.input, nameOf(decision.mode), decision.why);
     }
 
-    Delivery delivery(options, true);
+    Delivery delivery(options, true, info.colors, info.workingColorspace);
     Turns turns;
     json report = json::object();
     std::vector<FrameNumber> used;

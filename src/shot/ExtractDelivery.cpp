@@ -269,7 +269,8 @@ void ExtractDelivery::finish()
             writeAtlas();
             if (!sheetFrame_.empty())
                 io::writePng(path("sheet.png"),
-                             extractSheet(sheetFrame_, sheetAlpha_, rgb, sheetClean_, findings_.atlas()));
+                             extractSheet(sheetFrame_, sheetAlpha_, rgb, sheetClean_, findings_.atlas()),
+                             *footage_.info().colors, footage_.info().workingColorspace);
         });
     seconds_["write"] += timer.seconds();
 }

@@ -177,7 +177,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     writer->finish();
     report.seconds = clock.seconds();
     report.statistics = compositor.statistics();
-    sheet.write();
+    sheet.write(plate);
     return report;
 }
 

@@ -311,6 +311,35 @@ class WhoSays(CliTest):
             np.testing.assert_allclose(back[..., :3], before, rtol=1e-4, atol=2e-4, err_msg=space)
 
 
+class Previews(CliTest):
+    """Sheets are sRGB, whatever the plate is worked on in."""
+
+    def test_contactSheet(self):
+        red = np.zeros((H, W, 3), np.float32)
+        red[...] = (0.5, 0.2, 0.1)  # linear Rec.709, inside of every gamut here
+        expected = [188, 124, 89]  # the curve of IEC 61966-2-1
+        into = {"Linear P3-D65": [[0.8225, 0.1774, 0], [0.0332, 0.9669, 0], [0.0171, 0.0724, 0.9108]],
+                "Linear Rec.2020": [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0.0164, 0.088, 0.8956]],
+                "Linear Rec.709": np.eye(3), "raw": np.eye(3)}
+        for space, matrix in into.items():
+            with self.subTest(space=space):
+                writeImage(self.folder / "p.exr", red @ np.array(matrix, np.float32).T, "float")
+                self.rain("p.exr", "-o", "o.exr", *OFF, "--colorspace", space, "--preview", "sheet.png")
+                shown = readImage(self.folder / "sheet.png", "uint8")[0][H // 2, [W // 2, W + W // 2]]
+                np.testing.assert_allclose(shown.astype(int), [expected] * 2, atol=1)
+
+    def test_panorama(self):
+        sky = np.zeros((64, 128, 3), np.float32)
+        sky[...] = (0.5, 0.2, 0.1)
+        shown = []
+        for name, matrix in (("Linear Rec.709", np.eye(3)),
+                             ("Linear P3-D65", [[0.8225, 0.1774, 0], [0.0332, 0.9669, 0], [0.0171, 0.0724, 0.9108]])):
+            writeImage(self.folder / "sky.exr", sky @ np.array(matrix, np.float32).T, "float")
+            self.succeeds("env", "--quiet", "sky.exr", "-o", "env.exr", "--preview", "env.png", "--colorspace", name)
+            shown.append(readImage(self.folder / "env.png", "uint8")[0].astype(int))
+        self.assertLessEqual(np.abs(shown[0] - shown[1])[:40].max(), 1)
+
+
 class Listing(CliTest):
     @classmethod
     def makePlates(cls):

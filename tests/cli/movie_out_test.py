@@ -133,9 +133,11 @@ class Encoders(CliTest):
             with self.subTest(flags=flags):
                 self.refused(2, words, "rain", "--quiet", "plate.mkv", "-o", "out.mkv" if "prores_ks" not in flags else "out.mov",
                              *ENCODE, *flags)
-        run = self.virga("rain", "--quiet", "plate.mkv", "-o", "out.mkv", *ENCODE, "--codec", "libx264", "--preset", "warp")
-        self.assertEqual(run.code, 2, run)  # x264 has its own line before ours
-        self.assertIn("--preset warp", run.lines[-1])
+        for encoder, flags in (("libx264", ["--preset", "warp"]), ("libx265", ["--preset", "warp"]),
+                               ("libx264", ["--codec-options", "tune=warp"]), ("libsvtav1", ["--preset", "99"])):
+            with self.subTest(encoder=encoder, flags=flags):
+                self.refused(2, [flags[0], flags[1], encoder], "rain", "--quiet", "plate.mkv", "-o", "out.mkv", *ENCODE, "--codec",
+                             encoder, *flags)
 
 
 class Beside(CliTest):
