@@ -2,12 +2,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <optional>
 
@@ -71,13 +69,7 @@ std::string table(const Answer& answer)
 void writePlot(const std::string& path, const std::vector<plot::Chart>& charts)
 {
     if (!path.ends_with(".svg")) throw Error(ErrorCode::Output, "--plot '{}': charts are SVG, name a .svg file", path);
-    io::checkOutputFolder(path);
-    io::AtomicFile file(path);
-    std::ofstream stream(file.temporaryPath(), std::ios::binary);
-    stream << plot::svg(charts);
-    stream.close();
-    if (!stream) throw Error(ErrorCode::Output, "--plot '{}': cannot be written: {}", path, std::strerror(errno));
-    file.commit();
+    io::writeWholeFile(path, plot::svg(charts));
 }
 
 int answer(const ModelArguments& arguments, const std::function<Answer()>& model)

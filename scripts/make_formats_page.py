@@ -43,9 +43,9 @@ TAIL = """
 - **Sound** is copied, and is in time to the sample, through any number of generations (`tests/cli/movie_sound_test.py`). Matroska cannot hide part of a packet:
   priming that is no whole number of packets (Apple's AAC: two and 64 samples), and the start of sound after a cut, are to the nearest packet there.
 - **Pipes in** are spooled into a file first ($TMPDIR), as frames are asked for by number. **Pipes out** take containers that need no way back.
-- **Killed**: MP4 and MOV are written as fragments under `.NAME.partial.mp4` and rewritten when whole; Matroska, MPEG-TS, AVI and NUT play as far as they go;
-  MXF does not.
-- **Two processes** that write one output disturb each other.
+- **Killed**: MP4 and MOV are written as fragments under `.NAME.partial-HOST-PID-N.mp4` and rewritten when whole; Matroska, MPEG-TS, AVI and NUT play as far
+  as they go; MXF does not. The next run to that output names what a killed one left, and removes it when its own is whole.
+- **Two processes** that write one output do not disturb each other: the one that ends last has the name, frame by frame in a sequence.
 - **Memory**: two to eight frames are read ahead (400 MB at most, two frames at least), two wait to be encoded, and one per core, eight at most, to be
   written as images.
 """

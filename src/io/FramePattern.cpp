@@ -5,6 +5,7 @@
 #include <charconv>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "core/Error.h"
@@ -26,6 +27,21 @@ struct Parts {
     {
         // As printf does, the sign takes one of the places.
         return fill == '0' ? fmt::format("{:0{}d}", of, digits) : fmt::format("{:{}d}", of, digits);
+    }
+
+    /// Only the very name that number() would give counts: "7" is not a frame of "%04d".
+    std::optional<FrameNumber> frameOf(std::string_view name) const
+    {
+        const std::string head = fs::path(before).filename().string();
+        if (name.size() <= head.size() + after.size() || !name.starts_with(head) || !name.ends_with(after))
+            return std::nullopt;
+        name = name.substr(head.size(), name.size() - head.size() - after.size());
+        const std::string_view figures = name.substr(std::min(name.find_first_not_of(' '), name.size()));
+        const char* last = figures.data() + figures.size();
+        FrameNumber found = 0;
+        const auto [end, problem] = std::from_chars(figures.data(), last, found);
+        if (problem != std::errc() || end != last || number(found) != name) return std::nullopt;
+        return found;
     }
 };
 
@@ -110,6 +126,12 @@ void refuseTwoPatterns(const std::string& pattern, ErrorCode code)
         throw Error(code, "{}: holds two places for the frame's number, {} and {}; leave one", pattern, before, last);
 }
 
+std::optional<FrameNumber> frameNumberOf(const std::string& pattern, const std::string& fileName)
+{
+    const auto parts = split(pattern);
+    return parts ? parts->frameOf(fileName) : std::nullopt;
+}
+
 std::vector<FrameNumber> findFrames(const std::string& pattern)
 {
     refuseTwoPatterns(pattern, ErrorCode::Input);
@@ -122,24 +144,13 @@ std::vector<FrameNumber> findFrames(const std::string& pattern)
     if (!fs::is_directory(folder, error))
         throw Error(ErrorCode::Input, "{}: the folder {} does not exist", pattern, folder.string());
 
-    const std::string before = fs::path(parts->before).filename().string();
     std::vector<FrameNumber> frames;
     fs::directory_iterator entries(folder, error);
     if (error)
         throw Error(ErrorCode::Input, "{}: the folder {} cannot be read: {}", pattern, folder.string(),
                     error.message());
-    for (const auto& entry : entries) {
-        const std::string name = entry.path().filename().string();
-        if (name.size() <= before.size() + parts->after.size() || !name.starts_with(before) ||
-            !name.ends_with(parts->after))
-            continue;
-        const std::string digits = name.substr(before.size(), name.size() - before.size() - parts->after.size());
-        FrameNumber number = 0;
-        const char* last = digits.data() + digits.size();
-        const auto [end, problem] = std::from_chars(digits.data() + digits.find_first_not_of(' '), last, number);
-        // Only the very name that framePath would give counts: "7" is not a frame of "%04d".
-        if (problem == std::errc() && end == last && parts->number(number) == digits) frames.push_back(number);
-    }
+    for (const auto& entry : entries)
+        if (const auto number = parts->frameOf(entry.path().filename().string())) frames.push_back(*number);
     std::sort(frames.begin(), frames.end());
     return frames;
 }

@@ -131,11 +131,11 @@ void MovieOutput::open()
         check(avio_open(&context_->pb, "pipe:1", AVIO_FLAG_WRITE));
         return;
     }
+    leftovers_ = findLeftovers(path_);
+    for (const std::string& left : leftovers_)
+        log::warning("{}: an earlier run was cut off and left {}, which is removed when this one is whole", name_,
+                     left);
     file_.emplace(path_);
-    std::error_code error;
-    if (fs::is_regular_file(file_->temporaryPath(), error))
-        log::warning("{}: an earlier run was cut off and left {}, which this one replaces", name_,
-                     file_->temporaryPath());
     check(avio_open(&context_->pb, file_->temporaryPath().c_str(), AVIO_FLAG_WRITE));
     log::detail("{}: until it is whole it is {}, which plays up to the last finished group of pictures", name_,
                 file_->temporaryPath());
@@ -196,15 +196,26 @@ void MovieOutput::finish()
     check(context_->pb->error);
     check(avio_closep(&context_->pb));
     if (isPipe()) return;
-    if (std::string problem; isRewritten() && !rewrite(problem))
-        log::warning("{}: stays a fragmented file, which plays but is slower to open: it cannot be rewritten ({})",
-                     name_, problem);
-    else if (isRewritten())
-        return;
+    deliver();
+    removeLeftovers(leftovers_);
+}
+
+void MovieOutput::deliver()
+{
+    if (!isRewritten()) return file_->commit();
+    std::string problem;
+    try {
+        AtomicFile plain(file_->finalPath(), "finishing");
+        if (rewrite(plain, problem)) return plain.commit();
+    } catch (const Error& error) {
+        problem = error.what();
+    }
+    log::warning("{}: stays a fragmented file, which plays but is slower to open: it cannot be rewritten ({})", name_,
+                 problem);
     file_->commit();
 }
 
-bool MovieOutput::rewrite(std::string& problem)
+bool MovieOutput::rewrite(AtomicFile& plain, std::string& problem)
 {
     // Times as they are stored: the edit list would move them.
     AVDictionary* readOptions = nullptr;
@@ -219,7 +230,6 @@ bool MovieOutput::rewrite(std::string& problem)
     }
     input->flags |= AVFMT_FLAG_NOPARSE | AVFMT_FLAG_NOFILLIN;
 
-    AtomicFile plain(file_->finalPath(), "finishing");
     AVFormatContext* made = nullptr;
     if (avformat_alloc_output_context2(&made, context_->oformat, nullptr, plain.finalPath().c_str()) < 0)
         throw std::bad_alloc();
@@ -276,7 +286,6 @@ bool MovieOutput::rewrite(std::string& problem)
         problem = errorText(result);
         return false;
     }
-    plain.commit();
     return true;
 }
 

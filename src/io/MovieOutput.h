@@ -61,12 +61,15 @@ private:
     bool isPipe() const { return isPipe_; }
     bool isRewritten() const { return isIsoMedia() && !isPipe(); }
     void tagColor(AVDictionary** options) const;
+    /// Gives the whole file its name, as a plain one if that can be made of it.
+    void deliver();
     /// Writes the fragments once more as a plain file; false if that fails, with the reason in `problem`.
-    bool rewrite(std::string& problem);
+    bool rewrite(AtomicFile& plain, std::string& problem);
 
     std::string path_, name_;
     bool isPipe_;
-    std::optional<AtomicFile> file_;  // nothing: standard output, or not opened
+    std::optional<AtomicFile> file_;      // nothing: standard output, or not opened
+    std::vector<std::string> leftovers_;  // of earlier runs: they play, so they stay until this one's movie is whole
     libav::Output context_;
     int trackTimescale_ = 0;
     struct Ends {

@@ -89,8 +89,10 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
                                                const WriteOptions& options)
 {
     checkNames(path, plate.info(), options);
-    return isMovieOutput(path, options) ? createMovieWriter(path, plate.info(), originOf(plate), options)
-                                        : createSequenceWriter(path, plate.info(), originOf(plate), options);
+    if (isMovieOutput(path, options)) return createMovieWriter(path, plate.info(), originOf(plate), options);
+    auto writer = createSequenceWriter(path, plate.info(), originOf(plate), options);
+    sweepLeftovers(path);
+    return writer;
 }
 
 void checkPlateWriter(const std::string& path, const PlateReader& plate, const WriteOptions& options)

@@ -224,4 +224,7 @@ void refuseTwoPatterns(const std::string& pattern, ErrorCode code);
 /// folder looked at if it is missing.
 std::vector<FrameNumber> findFrames(const std::string& pattern);
 
+/// The frame of which framePath(pattern, frame) ends in the file's name `fileName`; nothing if it is no frame's.
+std::optional<FrameNumber> frameNumberOf(const std::string& pattern, const std::string& fileName);
+
 }  // namespace virga::io

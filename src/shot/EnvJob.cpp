@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
@@ -107,6 +106,8 @@ void checkOutputs(const EnvJobOptions& options)
         throw Error(ErrorCode::Output, "--preview '{}': must be a .png", preview);
     if (!options.track.empty() && !options.track.ends_with(".chan"))
         throw Error(ErrorCode::Output, "--track '{}': must be a .chan", options.track);
+    for (const std::string& path : {options.output, preview})
+        if (!path.empty()) io::sweepLeftovers(path);
 }
 
 io::ReadOptions readOptions(const EnvJobOptions& options)
@@ -430,22 +431,18 @@ glm::dvec3 chanAngles(const glm::dmat3& r)
 
 void writeTrack(const std::string& path, const Turns& turns, double aspect)
 {
-    io::AtomicFile file(path);
-    {
-        std::ofstream out(file.temporaryPath());
-        const double verticalFov = glm::degrees(2.0 * std::atan(std::tan(0.5 * turns.horizontalFov) / aspect));
-        double before = 0.0;
-        for (const auto& [number, rotation] : turns.worldFromCamera) {
-            glm::dvec3 angles = chanAngles(rotation);
-            // Whoever reads the numbers as curves should not see a turn of 360 degrees.
-            angles.y += 360.0 * std::round((before - angles.y) / 360.0);
-            before = angles.y;
-            out << fmt::format("{} 0 0 0 {:.6f} {:.6f} {:.6f} {:.6f}\n", number, angles.x, angles.y, angles.z,
-                               verticalFov);
-        }
-        if (!out.flush()) throw Error(ErrorCode::Output, "--track '{}': cannot be written to", path);
+    std::string text;
+    const double verticalFov = glm::degrees(2.0 * std::atan(std::tan(0.5 * turns.horizontalFov) / aspect));
+    double before = 0.0;
+    for (const auto& [number, rotation] : turns.worldFromCamera) {
+        glm::dvec3 angles = chanAngles(rotation);
+        // Whoever reads the numbers as curves should not see a turn of 360 degrees.
+        angles.y += 360.0 * std::round((before - angles.y) / 360.0);
+        before = angles.y;
+        text +=
+            fmt::format("{} 0 0 0 {:.6f} {:.6f} {:.6f} {:.6f}\n", number, angles.x, angles.y, angles.z, verticalFov);
     }
-    file.commit();
+    io::writeWholeFile(path, text);
 }
 
 json turnsJson(const Turns& turns)

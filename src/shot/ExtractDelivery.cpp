@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -30,17 +29,6 @@ constexpr std::array outputs = {"alpha.####.exr", "confidence.####.exr", "clean.
                                 "confidence.exr", "atlas.exr",           "sheet.png"};
 constexpr float wet = 0.05f;  // alpha, for the share of the picture that it rains in
 constexpr int sheetColumns = 16;
-
-void writeText(const std::string& path, const std::string& text)
-{
-    io::checkOutputFolder(path);
-    io::AtomicFile whole(path);
-    std::ofstream file(whole.temporaryPath());
-    file << text;
-    file.close();
-    if (!file) throw Error(ErrorCode::Output, "'{}': cannot be written", path);
-    whole.commit();
-}
 
 }  // namespace
 
@@ -75,6 +63,7 @@ ExtractDelivery::ExtractDelivery(const ExtractJobOptions& job, ExtractFootage& f
             const std::string to = io::isFramePattern(name) ? io::framePath(path(name), frame) : path(name);
             if (io::isSameFile(to, from)) throw Error(ErrorCode::Output, "'{}': is the footage itself", to);
         }
+    for (const char* name : outputs) io::sweepLeftovers(path(name));
     if (job.clean == "none") return;
     for (const char* name : outputs)
         if (io::framePath(job.clean, 0) == io::framePath(name, 0))
@@ -246,7 +235,7 @@ void ExtractDelivery::writeAtlas() const
     }
     const int columns = std::min(sheetColumns, atlas->count());
     io::writeExr(path("atlas.exr"), matte::atlasSheet(*atlas, columns), {"A"}, false);
-    writeText(path("atlas.json"), matte::atlasJson(*atlas, columns));
+    io::writeWholeFile(path("atlas.json"), matte::atlasJson(*atlas, columns));
 }
 
 void ExtractDelivery::finish()
@@ -319,7 +308,7 @@ json ExtractDelivery::report() const
 
 void ExtractDelivery::writeReport(const json& report) const
 {
-    writeText(path("report.json"), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+    io::writeWholeFile(path("report.json"), report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace virga::shot

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/Error.h"
@@ -92,13 +91,7 @@ void saveSettings(const Settings& settings, const std::string& path)
         text += fmt::format("{} = {}  # {}{}{}\n", p.name, tomlValue(toJson(settings, p)), *p.unit ? p.unit : "",
                             *p.unit ? ": " : "", p.help);
     }
-    io::checkOutputFolder(path);
-    io::AtomicFile whole(path);
-    std::ofstream file(whole.temporaryPath());
-    file << text;
-    file.close();
-    if (!file) throw Error(ErrorCode::Output, "settings '{}': cannot be written", path);
-    whole.commit();
+    io::writeWholeFile(path, text);
 }
 
 }  // namespace virga::shot

@@ -147,9 +147,9 @@ class Check(CliTest):
         self.says(self.findings(*SHOT, "--ocio", "none.ocio", code=3), "error", "plate", "none.ocio")
 
     def test_anotherRunsFileIsLeftAlone(self):
-        (self.folder / ".out.partial.mp4").write_bytes(b"another run at work")
+        (self.folder / ".out.partial-host-1-0.mp4").write_bytes(b"another run at work")
         self.findings("rain", "shot.%04d.exr", "-o", "out.mp4")  # compares the folder's content
-        os.remove(self.path(".out.partial.mp4"))
+        os.remove(self.path(".out.partial-host-1-0.mp4"))
 
     def test_noDeviceIsNeeded(self):
         self.findings(*SHOT, "--depth", "z.%04d.exr", env={"EGL_PLATFORM": "nonesuch", "__EGL_VENDOR_LIBRARY_FILENAMES": "/none"})

@@ -299,12 +299,13 @@ class Outside(CliTest):
         """What lies there under the temporary name plays up to the last whole group of pictures."""
         for name in ("out.mp4", "out.mov", "out.mkv"):
             with self.subTest(name=name):
-                partial = self.folder / f".{name[:3]}.partial{name[3:]}"
+                partial = None
                 process = self.start("rain", "--quiet", "clip.mp4", "-o", name, "--codec", "libx264", "--codec-options", "g=5",
                                      "--rate", "80", "--threads", "1")
                 deadline = time.monotonic() + 60
                 while process.poll() is None and time.monotonic() < deadline:
-                    if partial.exists() and partial.stat().st_size > 150_000:
+                    partial = next(self.folder.glob(f".{name[:3]}.partial-*{name[3:]}"), None)
+                    if partial and partial.stat().st_size > 150_000:
                         break
                     time.sleep(0.01)
                 process.send_signal(signal.SIGKILL)

@@ -2,10 +2,17 @@
 
 Permissions are no obstacle to root, so folders that cannot be written to are ones that nobody can write to: a path below
 a file, /proc, and /dev/full for standard output."""
+import os
 import subprocess
 import unittest
 
-from support import OFF, VIRGA, CliTest, makeMovie, street, writeImage
+from support import CHEAP, OFF, VIRGA, CliTest, makeMovie, street, writeImage
+
+
+def decoded(path):
+    """The pictures' checksums: files of one run may differ from another's in what a container says of its making."""
+    return subprocess.run(["ffmpeg", "-v", "error", "-i", str(path), "-an", "-f", "framemd5", "-"], check=True, capture_output=True,
+                          timeout=60).stdout
 
 
 class Outputs(CliTest):
@@ -85,6 +92,42 @@ class Outputs(CliTest):
             done = subprocess.run([VIRGA, "rain", "--quiet", "--json", "still.png", "-o", "out.png", *OFF], cwd=self.folder,
                                   stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual((done.returncode, done.stderr), (5, "virga: standard output: cannot be written to\n"))
+
+    def test_pipesAndDevices(self):
+        os.mkfifo(self.folder / "pipe.mkv")
+        self.refusedOutput("pipe.mkv", "is a pipe or a device", "-o -")
+        os.remove(self.folder / "pipe.mkv")
+
+    def test_twoRunsToOneOutput(self):
+        """Each ends well, and what lies there is whole and one run's."""
+        for name in ("two.mkv", "two.mp4", "two.png"):
+            with self.subTest(output=name):
+                runs = [["rain", "--quiet", "clip.mp4", "-o", name, "--frames", "3" if ".png" in name else "0-11", "--seed", str(seed), "--rate",
+                         "100", *CHEAP, "--threads", "1"] for seed in (1, 2, 3)]
+                alone = []
+                for run in runs:
+                    self.succeeds(*run)
+                    alone.append(decoded(self.folder / name))
+                self.assertEqual(len(set(alone)), 3)
+                os.remove(self.folder / name)
+                for process in [self.start(*run) for run in runs]:
+                    out, err = process.communicate(timeout=120)
+                    self.assertEqual((process.returncode, out, err), (0, b"", b""))
+                self.assertIn(decoded(self.folder / name), alone)
+                self.assertEqual(self.leftovers(), [])
+
+    def test_whatAKilledRunLeft(self):
+        """Half an image is removed; half a movie, which plays, is named and stays until a whole one is there."""
+        (self.folder / ".cut.0003.partial-host-1-0.exr").write_text("half of a frame")
+        (self.folder / ".cut.partial-host-1-0.mkv").write_text("half of a movie")
+        run = self.succeeds("rain", "shot.%04d.exr", "-o", "cut.%04d.exr", "--frames", "1", *OFF)
+        self.assertIn(".cut.0003.partial-host-1-0.exr", run.err)
+        self.assertEqual(self.leftovers(), [self.path(".cut.partial-host-1-0.mkv")])
+        run = self.virga("rain", "clip.mp4", "-o", "cut.mkv", "--env", "none.exr")
+        self.assertEqual(self.leftovers(), [self.path(".cut.partial-host-1-0.mkv")], run)
+        run = self.succeeds("rain", "clip.mp4", "-o", "cut.mkv", "--codec", "ffv1", *CHEAP, "--frames", "0-1")
+        self.assertIn(".cut.partial-host-1-0.mkv", run.err)
+        self.assertEqual(self.leftovers(), [])
 
     def test_whatWasThereIsReplacedOnlyBySomethingWhole(self):
         (self.folder / "old.mp4").write_text("yesterday's")

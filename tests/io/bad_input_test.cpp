@@ -312,15 +312,13 @@ TEST(BadOutput, TheSequenceItselfIsNotWrittenOver)
                 "pattern");
 }
 
+// No file of this process grows over 1000 bytes, which writers meet as they meet a full disk (tests/cli has that).
 TEST(BadOutput, AFullDiskIsSaid)
 {
-    if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     const TemporaryFolder folder;
     test::makeMovie(folder / "in.mp4", "-c:v libx264 -pix_fmt yuv420p", 3);
     const auto reader = openPlate(folder / "in.mp4", {});
-    // The temporary file is a way to a device that is always full.
-    fs::create_symlink("/dev/full", folder / ".out.partial.mkv");
-    fs::create_symlink("/dev/full", folder / ".out.0000.partial.exr");
+    const virga::test::FileSizeLimit limit(1000);
     const auto renderTo = [&](const char* name) {
         const auto writer = createPlateWriter(folder / name, *reader, {});
         for (const FrameNumber n : reader->info().frames)
@@ -328,9 +326,8 @@ TEST(BadOutput, AFullDiskIsSaid)
         writer->finish();
     };
     EXPECT_SAYS(test::sentenceOf(ErrorCode::Output, [&] { renderTo("out.mkv"); }), "out.mkv");
-    EXPECT_FALSE(fs::exists(folder / "out.mkv"));
-    EXPECT_SAYS(test::sentenceOf(ErrorCode::Output, [&] { renderTo("out.%04d.exr"); }), "out.0000.exr");
-    EXPECT_FALSE(fs::exists(folder / "out.0000.exr"));
+    EXPECT_SAYS(test::sentenceOf(ErrorCode::Output, [&] { renderTo("out.%04d.exr"); }), ".exr: cannot be written");
+    EXPECT_EQ(filesIn(folder), 1u);
 }
 
 }  // namespace

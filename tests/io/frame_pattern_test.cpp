@@ -74,6 +74,20 @@ TEST(PlateName, TheNumberOfOneFrame)
     EXPECT_EQ(openPlate(folder / "shot.1003.exr", renumbered)->info().frames, std::vector<FrameNumber>{5});
 }
 
+TEST(FramePattern, OfAFileIsTheNumberThatGivesItsName)
+{
+    EXPECT_EQ(frameNumberOf("in/s.%04d.exr", "s.0012.exr"), 12);
+    EXPECT_EQ(frameNumberOf("s.####.exr", "s.-012.exr"), -12);
+    EXPECT_EQ(frameNumberOf("s.%3d.exr", "s.  7.exr"), 7);
+    EXPECT_EQ(frameNumberOf("s.$F.exr", "s.123456.exr"), 123456);
+    for (const char* name :
+         {"s.12.exr", "s.00012.exr", "s..exr", "s.exr", "s.    .exr", "t.0012.exr", "s.0012.png", ""})
+        EXPECT_EQ(frameNumberOf("s.%04d.exr", name), std::nullopt) << name;
+    for (const char* name : {"s.   .exr", "s.  x.exr", "s.7  .exr", "s.007.exr"})
+        EXPECT_EQ(frameNumberOf("s.%3d.exr", name), std::nullopt) << name;
+    EXPECT_EQ(frameNumberOf("s.exr", "s.exr"), std::nullopt);
+}
+
 TEST(PlateName, AFolderIsTheSequenceInIt)
 {
     const auto folderWith = [](const std::vector<std::string>& names) {
