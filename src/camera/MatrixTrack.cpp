@@ -11,6 +11,7 @@
 
 #include "camera/TrackText.h"
 #include "core/Error.h"
+#include "core/Words.h"
 
 namespace virga::camera {
 namespace {
@@ -160,6 +161,7 @@ TrackReading parseMatrixText(std::string_view text, const std::string& name, con
 TrackReading parseMatrixJson(std::string_view text, const std::string& name, const MatrixLayout& layout)
 {
     const std::string file = fmt::format("camera track '{}'", name);
+    if (isNestedDeeper(text)) throw Error(ErrorCode::Input, "{}: is no list of matrices: it is nested too deep", file);
     json top;
     try {
         top = json::parse(text);

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "core/Words.h"
+
 namespace virga {
 
 /// What kind of thing went wrong; decides the exit code of the command line.
@@ -37,7 +39,12 @@ constexpr int exitCode(ErrorCode code) noexcept
 /// and what is allowed. Mistakes in our own code are assertions, not Errors.
 class Error : public std::runtime_error {
 public:
-    Error(ErrorCode code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
+    /// Names and values come from files, whose control characters could do more to a terminal than end the line. Only
+    /// what a shader's compiler says may have several lines.
+    Error(ErrorCode code, const std::string& sentence)
+        : std::runtime_error(code == ErrorCode::Graphics ? sentence : onOneLine(sentence)), code_(code)
+    {
+    }
 
     template <class... Args>
     Error(ErrorCode code, fmt::format_string<Args...> format, Args&&... args)

@@ -3,6 +3,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "core/Words.h"
+
 namespace virga::log {
 namespace {
 
@@ -25,8 +27,8 @@ void setLevel(Level level)
                                                 : spdlog::level::debug);
 }
 
-void writeInfo(std::string_view sentence) { logger().info("{}", sentence); }
-void writeDetail(std::string_view sentence) { logger().debug("{}", sentence); }
-void writeWarning(std::string_view sentence) { logger().warn("warning: {}", sentence); }
+void writeInfo(std::string_view sentence) { logger().info("{}", onOneLine(sentence)); }
+void writeDetail(std::string_view sentence) { logger().debug("{}", onOneLine(sentence)); }
+void writeWarning(std::string_view sentence) { logger().warn("warning: {}", onOneLine(sentence)); }
 
 }  // namespace virga::log

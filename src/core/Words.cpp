@@ -43,4 +43,32 @@ std::string nearestWord(std::string_view word, std::span<const std::string> know
     return nearest;
 }
 
+std::string onOneLine(std::string_view text)
+{
+    std::string line(text);
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+    return line;
+}
+
+std::string shortened(std::string_view text, std::size_t most)
+{
+    return text.size() <= most ? std::string(text) : std::string(text.substr(0, most)) + "...";
+}
+
+bool isNestedDeeper(std::string_view json, std::size_t levels) noexcept
+{
+    std::size_t depth = 0;
+    bool isInString = false;
+    for (std::size_t i = 0; i < json.size(); ++i) {
+        const char c = json[i];
+        if (c == '"') isInString = !isInString;
+        if (isInString && c == '\\') ++i;
+        if (isInString) continue;
+        if ((c == '[' || c == '{') && ++depth > levels) return true;
+        if ((c == ']' || c == '}') && depth > 0) --depth;
+    }
+    return false;
+}
+
 }  // namespace virga

@@ -6,6 +6,7 @@
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "core/Words.h"
 
 namespace virga::matte {
 namespace {
@@ -129,11 +130,13 @@ T numberOr(const json& object, const char* field, T absent, std::string_view nam
     const auto at = object.find(field);
     if (at == object.end() || at->is_null()) return absent;
     if (!at->is_number())
-        throw Error(ErrorCode::Input, "stroke atlas '{}': \"{}\" is {}, not a number", name, field, at->dump());
+        throw Error(ErrorCode::Input, "stroke atlas '{}': \"{}\" is {}, not a number", name, field,
+                    shortened(at->dump()));
     const double value = at->get<double>();
     // Counts and sizes come from strangers: nothing near the ends of an int is meant.
     if (!(std::abs(value) < 1e9))
-        throw Error(ErrorCode::Input, "stroke atlas '{}': \"{}\" is {}, out of range", name, field, at->dump());
+        throw Error(ErrorCode::Input, "stroke atlas '{}': \"{}\" is {}, out of range", name, field,
+                    shortened(at->dump()));
     return T(value);
 }
 
@@ -165,7 +168,8 @@ StrokeAtlas atlasFromSheet(ConstImageViewF sheet, std::optional<std::string_view
     int width = kPlainTileWidth, height = kPlainTileHeight, columns = 0, count = 0;
     json info = json::object();
     if (text) {
-        info = json::parse(*text, nullptr, false);
+        info = json();
+        if (!isNestedDeeper(*text)) info = json::parse(*text, nullptr, false);
         if (!info.is_object())
             throw Error(ErrorCode::Input, "stroke atlas '{}': the text beside the sheet is not a JSON object", name);
         width = sizeFrom(info, "tile_width", name);

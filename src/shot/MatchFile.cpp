@@ -1,9 +1,11 @@
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "core/Error.h"
+#include "core/Words.h"
 #include "shot/Parameters.h"
 
 namespace virga::shot {
@@ -15,8 +17,7 @@ constexpr int reportVersion = 1;
 /// A value on one line of a sentence, whatever bytes the file holds.
 std::string textOf(const nlohmann::json& value)
 {
-    const std::string text = value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-    return text.size() <= 60 ? text : text.substr(0, 57) + "...";
+    return shortened(value.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace));
 }
 
 nlohmann::json readReport(const std::string& path)
@@ -26,7 +27,9 @@ nlohmann::json readReport(const std::string& path)
     if (!std::filesystem::exists(path, ignored)) throw Error(ErrorCode::Input, "match '{}': no such file", path);
     std::ifstream file(path, std::ios::binary);
     if (!file) throw Error(ErrorCode::Input, "match '{}': cannot be read", path);
-    nlohmann::json report = nlohmann::json::parse(file, nullptr, false);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const nlohmann::json report = isNestedDeeper(text) ? nlohmann::json(nlohmann::json::value_t::discarded)
+                                                       : nlohmann::json::parse(text, nullptr, false);
     if (report.is_discarded()) throw Error(ErrorCode::Input, "match '{}': is not JSON", path);
     if (!report.is_object() || report.value("format", nlohmann::json()) != reportFormat)
         throw Error(ErrorCode::Input, "match '{}': is no report of virga extract (\"format\" must be \"{}\")", path,

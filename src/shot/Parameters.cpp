@@ -254,12 +254,12 @@ void setFromJson(Settings& settings, const Parameter& p, const nlohmann::json& v
     else if (value.is_array()) {
         std::string text;
         for (const nlohmann::json& item : value) {
-            if (!item.is_number()) refuse(p, value.dump(), "a list of numbers");
+            if (!item.is_number()) refuse(p, shortened(value.dump()), "a list of numbers");
             text += (text.empty() ? "" : ",") + numberText(item.get<double>());
         }
         setFromText(settings, p, text);
     } else {
-        refuse(p, value.dump(), "a number, a text, a list of numbers, true or false");
+        refuse(p, shortened(value.dump()), "a number, a text, a list of numbers, true or false");
     }
 }
 

@@ -201,39 +201,5 @@ TEST(TrackFile, WhatIsNoCameraIsNamedWithItsLine)
     EXPECT_SAYS(sentenceOf(ErrorCode::Input, [&] { readTrack(folder / "", {}); }), "FISHEYE");
 }
 
-/// Good texts with bytes changed, left out and put in: a track or a sentence, never anything else.
-TEST(TrackFile, SurvivesMutations)
-{
-    std::mt19937 random(7);
-    const std::string seeds[] = {chan(), matrices({}, false), matrices({}, true),
-                                 "[[1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]]"};
-    constexpr std::string_view bytes = "0123456789.-+eE[]{}\",: \n\t#nanif\xff";
-    int tracks = 0, sentences = 0;
-    for (int i = 0; i < 10'000; ++i) {
-        std::string text = seeds[std::size_t(i) % std::size(seeds)];
-        for (int change = int(random() % 4); change >= 0; --change) {
-            const std::size_t at = random() % text.size();
-            const char byte = bytes[random() % bytes.size()];
-            switch (random() % 3) {
-                case 0: text[at] = byte; break;
-                case 1: text.insert(at, 1, byte); break;
-                default: text.erase(at, 1 + random() % 3); break;
-            }
-        }
-        try {
-            const Track track = parseTrack(text, "mutant", {}).track;
-            for (const auto& [frame, pose] : track.poses())
-                ASSERT_TRUE(std::isfinite(glm::determinant(pose.worldFromCamera)) && std::isfinite(pose.position.x))
-                    << text;
-            ++tracks;
-        } catch (const Error& error) {
-            ASSERT_EQ(error.code(), ErrorCode::Input) << text;
-            ++sentences;
-        }
-    }
-    EXPECT_GT(tracks, 500);
-    EXPECT_GT(sentences, 500);
-}
-
 }  // namespace
 }  // namespace virga::camera

@@ -24,5 +24,23 @@ TEST(Words, EditDistance)
     EXPECT_EQ(editDistance("rain", "rain"), 0u);
 }
 
+TEST(Words, AreShownOnOneLine)
+{
+    EXPECT_EQ(onOneLine("wet\nstreet\x1b[2J\x7f \xc3\xa9"), "wet?street?[2J? \xc3\xa9");
+    EXPECT_EQ(shortened("street", 6), "street");
+    EXPECT_EQ(shortened("streets", 6), "street...");
+}
+
+TEST(Words, NestingIsCountedOutsideOfTexts)
+{
+    const auto nested = [](std::size_t levels) { return std::string(levels, '[') + std::string(levels, ']'); };
+    EXPECT_FALSE(isNestedDeeper(nested(5) + nested(5), 5));
+    EXPECT_TRUE(isNestedDeeper(nested(6), 5));
+    EXPECT_TRUE(isNestedDeeper("{\"a\": [{}]}", 2));
+    EXPECT_FALSE(isNestedDeeper("[\"[[[\\\"[[[\"]", 1));
+    EXPECT_FALSE(isNestedDeeper("]]]}}}[", 1));
+    EXPECT_FALSE(isNestedDeeper("\"\\", 0));
+}
+
 }  // namespace
 }  // namespace virga
