@@ -8,6 +8,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "core/Error.h"
 #include "core/Parallel.h"
 #include "particles/CellHash.h"
 #include "particles/PoissonTable.h"
@@ -65,6 +66,32 @@ double halfTurn(const glm::dmat3& a, const glm::dmat3& b)
     return std::sqrt(std::max(0.0, 0.25 * (3 - trace)));
 }
 
+constexpr const char* whatHelps = "lower --far, --speed or --wind, raise --threshold, or shorten the exposure";
+
+/// Adds the cells of a box, in cells, to those that all classes look at. Throws Error(InvalidArgument).
+void refuseExcess(const glm::dvec3& low, const glm::dvec3& high, std::atomic<double>& lookedAt)
+{
+    const glm::dvec3 farthest = glm::max(glm::abs(low), glm::abs(high));
+    if (!(std::max({farthest.x, farthest.y, farthest.z}) < RainField::mostCellsAway))
+        throw Error(ErrorCode::InvalidArgument,
+                    "camera and rain are too far from where they began for drops to be told apart: there is no frame "
+                    "for this number, camera and speed of the rain");
+    const glm::dvec3 sides = glm::floor(high) - glm::floor(low) + 1.0;
+    const double cells = sides.x * sides.y * sides.z;
+    if (lookedAt.fetch_add(cells) + cells > RainField::mostCellsLookedAt)
+        throw Error(ErrorCode::InvalidArgument,
+                    "rain is looked for in over {:.0g} cells of the air while the shutter is open: {}",
+                    RainField::mostCellsLookedAt, whatHelps);
+}
+
+void refuseExcess(std::size_t inView)
+{
+    if (inView > RainField::mostDropsInView)
+        throw Error(ErrorCode::InvalidArgument,
+                    "over {} drops may cross the picture while the shutter is open, more than can be drawn: {}",
+                    RainField::mostDropsInView, whatHelps);
+}
+
 double visibleDepth(double diameter, double speed, double focal_px, double exposure_s, double threshold)
 {
     return double(shared::visibleDepth(float(diameter), float(speed * exposure_s), float(focal_px), float(threshold)));
@@ -85,6 +112,7 @@ RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, con
 double RainField::dropsPerCellFor(double strokes) { return std::clamp(strokes / 3e4, 8.0, 96.0); }
 
 void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,
+                            std::atomic<double>& lookedAt, std::atomic<std::size_t>& inView,
                             std::vector<shared::Cell>& cells, std::size_t& drops) const
 {
     const rainfall::SizeClass& c = classes_[dropClass];
@@ -117,13 +145,17 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
     low = cameraInField + low - glm::max(way, glm::dvec3(0.0)) - margin - sweep;
     high = cameraInField + high - glm::min(way, glm::dvec3(0.0)) + margin + sweep;
 
+    refuseExcess(low / edge, high / edge, lookedAt);
     const auto cellOf = [&](double x) { return std::int64_t(std::floor(x / edge)); };
     const double halfDiagonal = 0.5 * std::numbers::sqrt3 * edge;
     const double still = halfDiagonal + margin + 0.5 * glm::length(way);
     const PoissonTable poisson(c.numberPerVolume * densityScale_ * edge * edge * edge);
 
+    std::size_t counted = 0;
     for (std::int64_t k = cellOf(low.z); k <= cellOf(high.z); ++k)
-        for (std::int64_t j = cellOf(low.y); j <= cellOf(high.y); ++j)
+        for (std::int64_t j = cellOf(low.y); j <= cellOf(high.y); ++j) {
+            refuseExcess(inView += drops - counted);
+            counted = drops;
             for (std::int64_t i = cellOf(low.x); i <= cellOf(high.x); ++i) {
                 const glm::dvec3 corner = edge * glm::dvec3(double(i), double(j), double(k));
                 const glm::dvec3 origin = corner - cameraInField;
@@ -143,6 +175,8 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
                 cells.push_back(cell);
                 drops += std::size_t(count);
             }
+        }
+    refuseExcess(inView += drops - counted);
 }
 
 CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visibility) const
@@ -158,12 +192,14 @@ CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visi
                                 glm::vec4(glm::vec3(way), float(c.speed))});
     }
 
+    std::atomic<double> lookedAt{0};
+    std::atomic<std::size_t> inView{0};
     std::mutex mutex;
     parallelFor(0, std::ptrdiff_t(classes_.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t s = first; s < last; ++s) {
             std::vector<shared::Cell> cells;
             std::size_t drops = 0;
-            appendClass(std::size_t(s), exposure, visibility, cells, drops);
+            appendClass(std::size_t(s), exposure, visibility, lookedAt, inView, cells, drops);
             const std::lock_guard lock(mutex);
             for (shared::Cell& cell : cells) cell.key.w += std::uint32_t(list.drops);
             list.cells.insert(list.cells.end(), cells.begin(), cells.end());

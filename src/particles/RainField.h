@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -51,6 +52,10 @@ struct CellList {
 
 class RainField {
 public:
+    static constexpr double mostCellsLookedAt = 1e9;            ///< a few seconds
+    static constexpr std::size_t mostDropsInView = 30'000'000;  ///< over 2 GB of strokes
+    static constexpr double mostCellsAway = 1e14;  ///< of the camera from the origin: cells still have neighbours
+
     /// classes: from makeSizeClasses; slope: of their size distribution [1/m].
     /// densityScale multiplies the number of drops (`--strokes`), > 0. dropsPerCell: aimed at; small cells hug the
     /// frustum, large ones keep the list short where there are millions of drops. Another number is another rain.
@@ -61,6 +66,8 @@ public:
     static double dropsPerCellFor(double strokes);
 
     /// Cells that may hold a drop that is seen. Order means nothing. Parallel over classes.
+    /// Throws Error(InvalidArgument) rather than look at more than mostCellsLookedAt or list more than mostDropsInView,
+    /// which long exposures, narrow lenses and far limits could ask for, and beyond mostCellsAway.
     CellList cellsInView(const Exposure& exposure, const Visibility& visibility) const;
 
     /// Strokes that an average picture shows: the integral of number density over the frustum out to each diameter's
@@ -81,7 +88,8 @@ public:
 
 private:
     void appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,
-                     std::vector<shared::Cell>& cells, std::size_t& drops) const;
+                     std::atomic<double>& lookedAt, std::atomic<std::size_t>& inView, std::vector<shared::Cell>& cells,
+                     std::size_t& drops) const;
 
     std::vector<rainfall::SizeClass> classes_;
     double slope_;

@@ -11,6 +11,7 @@
 #include "camera/Camera.h"
 #include "particles/PoissonTable.h"
 #include "rainfall/DropSizes.h"
+#include "support/Files.h"
 #include "support/Statistics.h"
 
 namespace virga::particles {
@@ -677,6 +678,27 @@ TEST(Extinction, WhatIsDrawnCoversWhatIsMissingInTheFog)
                            field.undrawnOpticalDepth(far, focal, duration, limits(0.0003), all);
 
     EXPECT_NEAR(covered / missing, 1, 0.02) << covered << " of " << missing;
+}
+
+// What no machine has the time or the memory for is a sentence, before either is spent.
+TEST(Cells, RefuseToBeTooMany)
+{
+    const RainField field = rainOf(still);
+    const auto sentence = [&](const Exposure& exposure, const Visibility& visibility) {
+        return virga::test::sentenceOf(ErrorCode::InvalidArgument, [&] { field.cellsInView(exposure, visibility); });
+    };
+    EXPECT_SAYS(sentence(frozenAt(0), everythingTo(1e6)), "over 1e+09 cells");
+    EXPECT_SAYS(sentence(frozenAt(0), everythingTo(200)), "over 30000000 drops may cross the picture");
+    EXPECT_SAYS(sentence(frozenAt(1e18), everythingTo(1)), "too far from where they began");
+    Exposure away = frozenAt(0);
+    away.poseAtOpen.position = away.poseAtClose.position = {0, 1e20, 0};
+    EXPECT_SAYS(sentence(away, everythingTo(1)), "too far from where they began");
+    Exposure fast = frozenAt(0);
+    fast.duration_s = 60;
+    fast.poseAtClose.position = {1e7, 0, 0};
+    EXPECT_SAYS(sentence(fast, everythingTo(1)), "shorten the exposure");
+    // And what is far, fast and long, but not too much, is listed.
+    EXPECT_GT(field.cellsInView(frozenAt(1e12), everythingTo(5)).drops, 1000u);
 }
 
 }  // namespace
