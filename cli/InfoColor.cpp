@@ -28,6 +28,8 @@ json plateReport(const std::string& file, const std::string& ocio)
             {"variable_rate", info.isVariableRate},
             {"scan", info.isMovie ? json(io::scanWords(info.scan)) : json()},
             {"layers", info.layers},
+            {"views", info.views},
+            {"beside", info.beside},
             {"video_streams", info.videoStreams},
             {"frames", info.frames.size()},
             {"frame_range", formatFrameRange(info.frames)},
@@ -43,6 +45,7 @@ std::string plateText(const json& r)
     const std::size_t frames = r["frames"].get<std::size_t>();
     std::string streams;
     for (const json& layer : r["layers"]) streams += fmt::format("  --layer       {}\n", layer.get<std::string>());
+    for (const json& view : r["views"]) streams += fmt::format("  --view        {}\n", view.get<std::string>());
     if (const json& list = r["video_streams"]; list.size() > 1)
         for (std::size_t i = 0; i < list.size(); ++i)
             streams += fmt::format("  --stream {}    {}\n", i, list[i].get<std::string>());

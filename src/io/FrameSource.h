@@ -1,11 +1,13 @@
 // What the readers of movies and of sequences have in common below PlateReader.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/Window.h"
 #include "io/ColorConversion.h"
 #include "io/Plate.h"
 #include "io/Yuv.h"
@@ -22,9 +24,24 @@ struct Attribute {
     std::vector<std::string> strings;  ///< the texts, for type "string"
 };
 
+/// Where the picture of a frame stands in its image file, so that the rest of that file can come along.
+struct PlateFile {
+    std::string path;                         ///< can be opened again
+    int part = 0;                             ///< of an EXR with several
+    std::array<std::string, 4> channelNames;  ///< of the picture, red to alpha, as in the file; empty: no alpha
+    Window data, display;
+    ImageF overscan;  ///< of the whole data window, as PlateFrame::pixels, if it reaches beyond the display window
+};
+
 struct FrameExtras {
-    std::string fileFormat;                ///< "openexr", "png"; empty for movies
-    std::vector<Attribute> attributes;     ///< of image files
+    std::string fileFormat;             ///< "openexr", "png"; empty for movies
+    std::vector<Attribute> attributes;  ///< of image files
+    bool isGrey = false;                ///< one channel of colour in the file
+    bool hasAlpha = false;
+    bool isStraight = false;  ///< in the file, see ImageHeader
+    int bitDepth = 0;         ///< of an image file's channels; 0 for movies
+    bool isFloat = false;     ///< half or float file
+    PlateFile file;           ///< path is empty where frame and file are not one
     std::shared_ptr<const AVFrame> codes;  ///< Pixels::Codes: the picture as decoded, of MovieOrigin::pixelFormat
 };
 

@@ -41,6 +41,7 @@ Orientation orientationOf(const AVStream* stream, const std::string& name)
 
 void orient(const ImageF& coded, const Orientation& orientation, ImageF& shown)
 {
+    const std::size_t pixelBytes = std::size_t(coded.channels()) * sizeof(float);
     constexpr int tile = 16;
     parallelFor(0, (shown.height() + tile - 1) / tile, 1, [&](std::ptrdiff_t firstTile, std::ptrdiff_t lastTile) {
         const int top = int(firstTile) * tile, bottom = std::min(int(lastTile) * tile, shown.height());
@@ -50,7 +51,7 @@ void orient(const ImageF& coded, const Orientation& orientation, ImageF& shown)
                     const int u = orientation.reverseX ? shown.width() - 1 - x : x;
                     const int v = orientation.reverseY ? shown.height() - 1 - y : y;
                     std::memcpy(shown.pixel(x, y), orientation.swap ? coded.pixel(v, u) : coded.pixel(u, v),
-                                4 * sizeof(float));
+                                pixelBytes);
                 }
             }
         }

@@ -22,7 +22,7 @@ struct Orientation {
 /// `name`, and the picture stays as it is.
 Orientation orientationOf(const AVStream* stream, const std::string& name);
 
-/// Turns RGBA pixels. `shown` has the size after the turn.
+/// Turns pixels. `shown` has the size after the turn and as many channels.
 void orient(const ImageF& coded, const Orientation& orientation, ImageF& shown);
 
 }  // namespace virga::io

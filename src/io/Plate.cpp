@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "core/Error.h"
+#include "core/Log.h"
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
 #include "io/FrameSource.h"
@@ -88,9 +89,19 @@ std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOption
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,
                                                const WriteOptions& options)
 {
-    checkNames(path, plate.info(), options);
-    if (isMovieOutput(path, options)) return createMovieWriter(path, plate.info(), originOf(plate), options);
-    auto writer = createSequenceWriter(path, plate.info(), originOf(plate), options);
+    const PlateInfo& info = plate.info();
+    checkNames(path, info, options);
+    const bool isMovie = isMovieOutput(path, options);
+    if (isMovie || imageFormatOf(path) != "openexr") {
+        if (!info.beside.empty())
+            log::warning("{}: holds the picture alone; left out of it are {}", path, fmt::join(info.beside, ", "));
+        if (info.hasOverscan)
+            log::warning("{}: the plate's picture reaches beyond its display window; that overscan is left out", path);
+    } else if (info.hasOverscan) {
+        log::warning("{}: rain falls inside the plate's display window; the overscan beyond it stays as it is", path);
+    }
+    if (isMovie) return createMovieWriter(path, info, originOf(plate), options);
+    auto writer = createSequenceWriter(path, info, originOf(plate), options);
     sweepLeftovers(path);
     return writer;
 }

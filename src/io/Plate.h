@@ -37,7 +37,8 @@ struct ReadOptions {
     OnError onError = OnError::Stop;
     int stack = 0;              ///< the file is one image in which so many frames stand top to bottom; 0: it is not
     std::optional<int> stream;  ///< which of a movie's video streams, counted from 0; nothing: the default one
-    std::string layer;          ///< of an EXR, "diffuse"; empty: see readCodedRgba
+    std::string layer;          ///< of an EXR, "diffuse"; empty: see choosePicture
+    std::string view;           ///< of an EXR with several, "right"; empty: the default one
     bool deinterlace = false;   ///< a movie's frames are made of both their fields' lines at one time (Deinterlacer.h)
 };
 
@@ -70,7 +71,9 @@ struct PlateInfo {
     std::shared_ptr<const ColorConfig> colors;  ///< where these names mean something; the writer looks them up there
     std::string format;                         ///< for the log: "h264 yuv420p", "openexr half"
     Scan scan = Scan::Unknown;                  ///< of a movie, as the file has it
-    std::vector<std::string> layers;            ///< of an EXR
+    std::vector<std::string> layers, views;     ///< of an EXR
+    std::vector<std::string> beside;            ///< what an EXR holds beside the picture: channels and parts, in words
+    bool hasOverscan = false;                   ///< its picture reaches beyond the display window, which is `width` wide
     std::vector<std::string> videoStreams;      ///< of a movie, each in words; ReadOptions::stream counts them
     bool isDeinterlaced = false;                ///< ReadOptions::deinterlace was asked for and done
 };
@@ -143,6 +146,7 @@ struct RenderedFrame {
     ImageF beauty;  ///< RGBA; empty if it is the plate frame in Pixels::Codes
     std::vector<Layer> layers;
     std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
+    bool isPlate = false;                       ///< beauty is the plate's pixels, not one of them touched
 };
 
 /// Writes frames in the order given, encoding on its own thread. Everything is made under a temporary name in the

@@ -9,6 +9,7 @@
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
+#include "io/ImageWrite.h"
 #include "io/Plate.h"
 
 namespace virga::io {

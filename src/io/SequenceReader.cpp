@@ -16,7 +16,8 @@ namespace {
 
 class SequenceSource final : public FrameSource {
 public:
-    SequenceSource(const std::string& path, const ReadOptions& options) : pattern_(path), layer_(options.layer)
+    SequenceSource(const std::string& path, const ReadOptions& options)
+        : pattern_(path), choice_{options.layer, options.view}, isColorAsked_(!options.colorspace.empty())
     {
         info_.path = path;
         info_.isStill = !isFramePattern(path);
@@ -37,16 +38,26 @@ public:
             throw Error(ErrorCode::Input, "{}: frame {} is missing", pathOf(number), number);
         ImageHeader header;
         PlateFrame frame;
+        auto extras = std::make_shared<FrameExtras>();
         frame.number = number;
         frame.time_s = double(number) / info_.fps;
-        frame.pixels = readCodedRgba(pathOf(number), header, layer_);
-        if (header.width != info_.width || header.height != info_.height)
-            throw Error(ErrorCode::Input, "{}: is {}x{}, but the first frame of the sequence is {}x{}", pathOf(number),
-                        header.width, header.height, info_.width, info_.height);
+        frame.pixels = readCodedRgba(pathOf(number), header, choice_, &extras->file.overscan);
+        refuseOthers(pathOf(number), header);
         codesToLinear(frame.pixels, *toWorking_, header.isStraight, header.hasAlpha);
-        auto extras = std::make_shared<FrameExtras>();
+        if (!extras->file.overscan.empty())
+            codesToLinear(extras->file.overscan, *toWorking_, header.isStraight, header.hasAlpha);
         extras->fileFormat = header.format;
         extras->attributes = std::move(header.attributes);
+        extras->isGrey = header.picture.isGrey();
+        extras->hasAlpha = header.hasAlpha;
+        extras->isStraight = header.isStraight;
+        extras->bitDepth = header.bitDepth;
+        extras->isFloat = header.isFloat;
+        extras->file.path = pathOf(number);
+        extras->file.part = header.picture.part;
+        extras->file.channelNames = header.pictureNames;
+        extras->file.data = header.data;
+        extras->file.display = header.display;
         frame.extras = std::move(extras);
         return frame;
     }
@@ -54,25 +65,53 @@ public:
 private:
     std::string pathOf(FrameNumber number) const { return info_.isStill ? pattern_ : framePath(pattern_, number); }
 
+    /// What differs from the first frame and cannot be followed.
+    void refuseOthers(const std::string& path, const ImageHeader& header) const
+    {
+        if (header.width != info_.width || header.height != info_.height)
+            throw Error(ErrorCode::Input, "{}: is {}x{}, but the first frame of the sequence is {}x{}", path,
+                        header.width, header.height, info_.width, info_.height);
+        if (header.hasAlpha && !info_.hasAlpha)
+            throw Error(ErrorCode::Input, "{}: has alpha, which the first frame of the sequence has not", path);
+        if (header.isFloat != info_.isFloat)
+            throw Error(ErrorCode::Input, "{}: holds {}, but the first frame of the sequence {}", path,
+                        header.isFloat ? "floating point" : "integers", info_.isFloat ? "floating point" : "integers");
+        const auto isSame = [](const ColorClaim& a, const ColorClaim& b) {
+            return a.colorspace == b.colorspace && a.source == b.source;
+        };
+        if (!isColorAsked_ && !std::ranges::equal(header.colorClaims, claims_, isSame)) {
+            const ColorClaim claim = chooseColorspace(*info_.colors, "", info_.path, header.colorClaims);
+            if (claim.colorspace != info_.colorspace)
+                throw Error(ErrorCode::Input,
+                            "{}: is in {} ({}), but the first frame of the sequence is in {} ({}); --colorspace says "
+                            "one for all",
+                            path, claim.colorspace, claim.source, info_.colorspace, info_.colorspaceSource);
+        }
+    }
+
     /// Of the first frame, or, if damage is to be survived, of the first whose header can be read.
     ImageHeader firstReadableHeader(OnError onError) const
     {
         if (onError != OnError::Stop)
             for (const FrameNumber frame : info_.frames) {
                 try {
-                    return readPictureHeader(pathOf(frame), layer_);
+                    return readPictureHeader(pathOf(frame), choice_);
                 } catch (const Error& error) {
                     if (error.code() != ErrorCode::Input) throw;  // the frame is named again when it is asked for
                 }
             }
-        return readPictureHeader(pathOf(info_.frames.front()), layer_);
+        return readPictureHeader(pathOf(info_.frames.front()), choice_);
     }
 
     void describe(const ReadOptions& options)
     {
         const ImageHeader header = firstReadableHeader(options.onError);
-        for (const std::string& sentence : header.leftOut) log::warning("{}", sentence);
+        if (!header.orientation.isIdentity())
+            log::detail("{}: is {} to be upright, as its header says", info_.path, header.orientation.words());
         info_.layers = header.layers;
+        info_.views = header.views;
+        info_.beside = header.beside;
+        info_.hasOverscan = !header.display.contains(header.data);
         info_.width = header.width;
         info_.height = header.height;
         info_.pixelAspect = header.pixelAspect;
@@ -84,10 +123,14 @@ private:
                                    : header.bitDepth == 16 ? "half"
                                                            : "float");
         info_.fps = options.fps.value_or(header.fps > 0 ? header.fps : 24);
+        claims_ = header.colorClaims;
         toWorking_ = describeColor(info_, options, header.colorClaims);
     }
 
-    std::string pattern_, layer_;
+    std::string pattern_;
+    PictureChoice choice_;
+    bool isColorAsked_;
+    std::vector<ColorClaim> claims_;  // of the first frame
     PlateInfo info_;
     std::shared_ptr<const ColorTransform> toWorking_;
 };

@@ -22,6 +22,9 @@ public:
             throw Error(ErrorCode::Input, "{}: {} rows cannot be a stack of {} frames", path, info_.height,
                         options.stack);
         stack_ = image->load(info_.frames.front(), Pixels::Light);
+        auto extras = std::make_shared<FrameExtras>(*stack_.extras);
+        extras->file = {};  // a frame is a piece of it
+        stack_.extras = std::move(extras);
         const FrameNumber first = info_.frames.front();
         info_.isStill = false;
         info_.height /= options.stack;

@@ -176,6 +176,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     ++statistics.frames;
     if (m.plan.isPassThrough()) {
         out.beauty = std::move(plate.pixels);
+        out.isPlate = true;
         return out;
     }
 

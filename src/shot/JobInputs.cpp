@@ -47,6 +47,7 @@ io::ReadOptions readOptionsOf(const Settings& settings, io::OnError onError)
     options.onError = onError;
     options.stream = wholeOf<int>("stream", settings.stream);
     options.layer = settings.layer;
+    options.view = settings.view;
     options.deinterlace = settings.deinterlace;
     return options;
 }

@@ -96,6 +96,7 @@ constexpr Parameter table[] = {
     {"container", "file", "", 0, 0, "container of a movie (mov, matroska, nut, y4m); empty: by the output's name; needed for -o -", &S::container},
     {"reencode", "file", "", 0, 0, "encode the pictures anew even if nothing happens to them; else they are copied as they are", &S::reencode},
     {"layer", "file", "", 0, 0, "layer of an EXR that is the plate: diffuse for diffuse.R, .G and .B; empty: the channels without one", &S::layer},
+    {"view", "file", "", 0, 0, "view of a stereo EXR that is the plate: right; empty: the default one. The others come along into an EXR", &S::view},
     {"stream", "file", "", 0, 1000, "which of a movie's video streams, counted from 0; auto: the default one ('virga info PLATE' lists them)", &S::stream},
     {"deinterlace", "file", "", 0, 0, "make frames of interlaced pictures: the first field's lines stay, the others are made anew (bwdif)", &S::deinterlace},
     {"on-error", "file", "", 0, 0, "what to do with a frame that cannot be read", &S::onError, "stop|skip|hold"},

@@ -121,11 +121,14 @@ private:
             for (std::size_t i = 0; i < most; ++i) frames[i] = frames[i * frames.size() / most];
             frames.resize(most);
         }
+        const bool isPlate = pattern == plate().path;
         std::vector<std::string> faults(frames.size());
         parallelFor(0, std::ptrdiff_t(frames.size()), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
             for (auto i = std::size_t(first); i < std::size_t(last); ++i) {
                 try {
-                    const io::ImageHeader header = io::readImageHeader(io::framePath(pattern, frames[i]));
+                    const io::ImageHeader header =
+                        isPlate ? io::readPictureHeader(io::framePath(pattern, frames[i]), {s_.layer, s_.view})
+                                : io::readImageHeader(io::framePath(pattern, frames[i]));
                     if (header.width != width || header.height != height)
                         faults[i] =
                             fmt::format("{}: is {}x{}, but the first frame of the sequence is {}x{}",

@@ -92,7 +92,7 @@ struct Settings {
     AutoNumber quality;
     std::string pixelFormat, profile, preset, codecOptions, container;
     bool reencode = false;
-    std::string layer;
+    std::string layer, view;
     AutoNumber stream;  ///< whole
     bool deinterlace = false;
     std::string onError = "stop";
