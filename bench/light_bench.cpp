@@ -1,7 +1,7 @@
 // Error against order of the light that drops return, beside the time that baking takes.
 //   bench_light [--hdri FOLDER] [--csv FILE] [--plot SVG] [--only NAME] [--orders a,b,...] [--grid PIXELS]
 // Environments: the analytic ones of the reference tables (cosine lobe, sun and sky) and every .exr in FOLDER. Truth:
-// each pixel times D, tests/support/DropIntegral.h. Prints a Markdown table and writes a row for each case:
+// each pixel times D, tests/reference/DropLight.h. Prints a Markdown table and writes a row for each case:
 //   env,mode,order,lights,remainder,rms_exact,max_exact,rms_map,max_map,rms_grid,max_grid,ms
 // Errors over the mean radiance; `exact` the sums in double precision, `map` the baked map, `grid` what the picture
 // interpolates from the map (960 x 540, field of view 60 degrees; --grid: another step than its own). order -1 is auto.
@@ -24,8 +24,8 @@
 #include "environment/Panorama.h"
 #include "io/Plate.h"
 #include "plot/Chart.h"
+#include "reference/DropLight.h"
 #include "sh/Panorama.h"
-#include "support/DropIntegral.h"
 
 namespace {
 
@@ -218,10 +218,10 @@ void measure(const Environment& environment, const std::vector<Mode>& modes, con
     const std::array<double, 3> index{optics::waterIndex[0], optics::waterIndex[1], optics::waterIndex[2]};
     const int split = pixels.width() < 1024 ? 4 : 2;
     const std::vector<glm::dvec3> truth =
-        test::DropIntegral(pixels.width(), pixels.height(), split, index)(pixels, directions);
+        reference::DropLight(pixels.width(), pixels.height(), split, index)(pixels, directions);
     // The same from coarser parts of pixels: what the truth itself may be off by.
     const std::vector<glm::dvec3> coarser =
-        test::DropIntegral(pixels.width(), pixels.height(), split / 2, index)(pixels, directions);
+        reference::DropLight(pixels.width(), pixels.height(), split / 2, index)(pixels, directions);
     Deviation own;
     double mean = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {

@@ -22,6 +22,8 @@ struct RainArguments {
     CommonFlags common;
     shot::RainJobOptions job;
     std::string settingsFile, matchFile, saveSettings;
+    std::string reference;  // "" not asked for
+    int referenceSamples = shot::ReferenceOptions().samples;
     bool explain = false, half = false, check = false;
     std::vector<std::string> values;    // one text a parameter, in the table's order
     std::vector<CLI::Option*> options;  // the same
@@ -108,6 +110,9 @@ int rain(const RainArguments& arguments)
     if (arguments.half && settings.floatOutput)
         throw Error(ErrorCode::InvalidArgument, "--half and --float exclude each other");
     if (arguments.half) job.half = true;
+    if (!arguments.reference.empty())
+        job.reference = shot::ReferenceOptions{.allDrops = shot::drawsAllDrops(arguments.reference),
+                                               .samples = arguments.referenceSamples};
     if (arguments.check) return check(arguments, settings, job);
     if (!arguments.saveSettings.empty()) {
         if (io::isSameFile(arguments.saveSettings, job.plate))
@@ -194,6 +199,17 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
             "--check", a.check,
             "read the headers of all inputs, say what does not fit, and render nothing; exit code 3 if something "
             "would end the work")
+        ->group(group);
+    // A flag, so that it does not take the plate for its value.
+    command
+        ->add_flag("--reference{all}", a.reference,
+                   "render by the slow, exact reference instead, with every drop drawn and none folded into fog, to "
+                   "check the renderer by; --reference=drawn: with the drops that it draws (docs/reference.md)")
+        ->group(group);
+    command
+        ->add_option("--reference-samples", a.referenceSamples,
+                     "samples of the reference along the edge of a pixel (default 16; 1 to 256)")
+        ->type_name("N")
         ->group(group);
     command->add_option("--shader-dir", a.job.shaderFolder, "take shaders from this folder (for developing)")
         ->type_name("FOLDER")

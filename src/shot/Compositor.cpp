@@ -7,32 +7,13 @@
 #include "passes/SplashPass.h"
 #include "shot/AtlasFile.h"
 #include "shot/PictureRenderer.h"
+#include "shot/PixelRepair.h"
 
 namespace virga::shot {
 namespace {
 
 /// Depth at which an entry of the fog table is a half [m].
 constexpr double fogTableScale = 20;
-
-/// Replaces NaN, Inf and negative light, which blur and fog would spread over the picture. The count goes to the
-/// report.
-std::size_t repairPixels(ImageF& image)
-{
-    std::atomic<std::size_t> repaired = 0;
-    parallelFor(0, image.height(), 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        std::size_t here = 0;
-        for (std::ptrdiff_t y = first; y < last; ++y) {
-            float* row = image.row(int(y));
-            for (int x = 0; x < 4 * image.width(); ++x) {
-                if (std::isfinite(row[x])) continue;
-                row[x] = row[x] > 0 ? 65504.0f : 0.0f;  // NaN compares false
-                ++here;
-            }
-        }
-        repaired += here;
-    });
-    return repaired;
-}
 
 }  // namespace
 

@@ -11,7 +11,8 @@ namespace virga::shot {
 
 /// What is wanted besides the settings.
 struct Wanted {
-    bool layers = false;  ///< rain, splash, fog, plate; depth and motion of the strokes
+    bool layers = false;    ///< rain, splash, fog, plate; depth and motion of the strokes
+    bool panorama = false;  ///< the light's panorama itself, besides what drops make of it
 };
 
 /// One line of `--explain`: a pass, whether it runs, and why.

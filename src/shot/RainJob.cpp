@@ -52,6 +52,17 @@ std::vector<FrameNumber> framesLeft(const std::string& output, const std::vector
     return framesToMake(frames, output, fingerprints);
 }
 
+std::unique_ptr<FrameRenderer> rendererOf(const Settings& settings, const Shot& shot, const RainJobOptions& options,
+                                          const PlateSamples& samples)
+{
+    const Wanted wanted = {.layers = options.layers};
+    if (options.reference)
+        return std::make_unique<ReferenceRenderer>(settings, shot, wanted, samples, *options.reference);
+    return std::make_unique<Compositor>(
+        settings, shot,
+        CompositorOptions{.wanted = wanted, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
+}
+
 double peakMemory_mb()
 {
     rusage usage{};
@@ -102,9 +113,12 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         }
         log::detail("{}: the pictures are encoded anew: {}", options.output, obstacle);
     }
+    if (options.reference && options.resume)
+        throw Error(ErrorCode::InvalidArgument, "--reference and --resume exclude each other: every frame is made");
     const FrameFingerprints fingerprints(settings, plate, options.layers, options.half);
     io::WriteOptions writeOptions = writeOptionsOf(settings, options);
-    writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
+    // What the reference made is no frame that --resume may keep.
+    if (!options.reference) writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
     const auto writer = io::createPlateWriter(options.output, *reader, writeOptions);
     RainReport report;
     if (options.resume) {
@@ -124,19 +138,17 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     if (!planFrame(settings, {}, false).isPassThrough()) shot.track = shotTrack(settings, plate);
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
-    Compositor compositor(
-        settings, shot,
-        {.wanted = {.layers = options.layers}, .device = options.device, .shaderFolder = options.shaderFolder},
-        samplePlate(*reader, settings, isLit));
+    const std::unique_ptr<FrameRenderer> renderer =
+        rendererOf(settings, shot, options, samplePlate(*reader, settings, isLit));
     if (!shot.track.empty()) warnOf(trackDoubts(shot.track, frames, shot.fps, settings));
-    checkDepthFrames(settings, compositor.plan(), frames, onError);
+    checkDepthFrames(settings, renderer->plan(), frames, onError);
 
     report.plate = plate;
-    report.plan = compositor.plan();
+    report.plan = renderer->plan();
     report.startSeconds = start.seconds();
 
     ContactSheet sheet(options.preview, frames);
-    const bool isUntouched = compositor.plan().isPassThrough() && options.preview.empty();
+    const bool isUntouched = renderer->plan().isPassThrough() && options.preview.empty();
     reader->schedule(frames, isUntouched && writer->takesCodes() ? io::Pixels::Codes : io::Pixels::Light);
     const Timer clock;
     Progress state;
@@ -152,7 +164,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         sheet.addBefore(number, frame->pixels);
         io::RenderedFrame rendered;
         try {
-            rendered = compositor.render(std::move(*frame));
+            rendered = renderer->render(std::move(*frame));
         } catch (const Error& error) {  // its depth
             if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;
             report.repairedFrames.push_back(fmt::format("frame {} was skipped: {}", number, error.what()));
@@ -176,7 +188,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                     formatFrameRange(frames));
     writer->finish();
     report.seconds = clock.seconds();
-    report.statistics = compositor.statistics();
+    report.statistics = renderer->statistics();
     sheet.write(plate);
     return report;
 }

@@ -3,10 +3,12 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "core/Timer.h"
 #include "shot/Compositor.h"
+#include "shot/ReferenceRenderer.h"
 #include "shot/Settings.h"
 
 namespace virga::shot {
@@ -20,6 +22,7 @@ struct RainJobOptions {
     std::string preview;  ///< contact sheet, PNG; empty: none
     std::string device = "auto";
     std::string shaderFolder;
+    std::optional<ReferenceOptions> reference;  ///< render by the reference instead
 };
 
 /// What is told while working.

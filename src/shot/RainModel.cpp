@@ -75,12 +75,12 @@ particles::Visibility RainModel::visibility(const particles::Exposure& exposure)
     return v;
 }
 
+double RainModel::undrawnEfficiency() const { return std::min(opacity_, 2.0); }
+
 double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposure) const
 {
-    // What strokes gain in opacity the undrawn drops gain too, up to Q = 2: what rain really takes out of a beam, its
-    // diffraction counted (van de Hulst 1957), and what meteorological visibility is made of.
-    return std::min(opacity_, 2.0) * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px,
-                                                                exposure.duration_s, limits_, sizes_.extinction(1.0));
+    return undrawnEfficiency() * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s,
+                                                            limits_, sizes_.extinction(1.0));
 }
 
 void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,

@@ -15,7 +15,13 @@ public:
     RainModel(const Settings& settings, const particles::Exposure& first);
 
     const particles::RainField& field() const { return field_; }
+    const rainfall::DropSizes& sizes() const { return sizes_; }
     particles::Visibility visibility(const particles::Exposure& exposure) const;
+
+    /// How much more than their shadow the undrawn drops take out of a beam: what strokes gain in opacity they gain
+    /// too, up to Q = 2, what rain really takes out, its diffraction counted (van de Hulst 1957), and what
+    /// meteorological visibility is made of.
+    double undrawnEfficiency() const;
 
     /// Optical depth [1] of the rain that is not drawn one by one, out to `depth_m`.
     double opticalDepth(double depth_m, const particles::Exposure& exposure) const;

@@ -50,8 +50,8 @@ ImageF copyOf(ConstImageViewF image)
 
 }  // namespace
 
-ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views)
-    : settings_(settings), baker_(bakerOptions(settings))
+ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama)
+    : settings_(settings), baker_(bakerOptions(settings)), keepsPanorama_(keepsPanorama)
 {
     if (settings.env.empty()) {
         isEachFrame_ = views.empty();
@@ -67,18 +67,19 @@ ShotLight::ShotLight(const Settings& settings, std::span<const environment::Plat
         light_ = fromFile(settings.env);
 }
 
-environment::DropRadiance ShotLight::fromFile(const std::string& path) const
+environment::DropRadiance ShotLight::fromFile(const std::string& path)
 {
     environment::PanoramaReport report;
-    const environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report, settings_.ocio);
+    environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report, settings_.ocio);
     environment::DropRadiance light = baker_.bake(panorama);
     scale(light, settings_.envGain);
     log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", path, report.width, report.height,
                 light.order, light.lights.size());
+    keep(std::move(panorama));
     return light;
 }
 
-environment::DropRadiance ShotLight::fromViews(std::span<const environment::PlateView> views) const
+environment::DropRadiance ShotLight::fromViews(std::span<const environment::PlateView> views)
 {
     environment::PlatePanoramaOptions options;
     options.skyRadiance = settings_.sky;
@@ -91,9 +92,18 @@ environment::DropRadiance ShotLight::fromViews(std::span<const environment::Plat
             view.plate = repaired.back();
         }
     }
-    environment::DropRadiance light = baker_.bake(environment::panoramaFromViews(brighter, options));
+    environment::Panorama panorama = environment::panoramaFromViews(brighter, options);
+    environment::DropRadiance light = baker_.bake(panorama);
     scale(light, settings_.envGain);
+    keep(std::move(panorama));
     return light;
+}
+
+void ShotLight::keep(environment::Panorama panorama)
+{
+    if (!keepsPanorama_) return;
+    panorama_ = std::move(panorama);
+    for (float& value : panorama_.pixels.values()) value *= float(settings_.envGain);
 }
 
 bool ShotLight::update(FrameNumber frame, const environment::PlateView& view)

@@ -21,7 +21,8 @@ class ShotLight {
 public:
     /// views  frames of the plate and where they look; may be empty. Needed no longer than this.
     /// Reads and prepares the panorama, if it is one. Throws Error(Input) naming the file.
-    ShotLight(const Settings& settings, std::span<const environment::PlateView> views);
+    /// keepsPanorama  for panorama()
+    ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama = false);
 
     ShotLight(const ShotLight&) = delete;
     ShotLight& operator=(const ShotLight&) = delete;
@@ -36,18 +37,25 @@ public:
     double remainder() const { return light_.remainder; }            ///< what the order leaves out, rms over the mean
     std::size_t lightCount() const { return light_.lights.size(); }  ///< small lights shaded one by one
 
+    /// What the maps were made of, in their axes and --env-gain in it. Needs keepsPanorama; not with a sequence of
+    /// panoramas, which has none between its frames.
+    const environment::Panorama& panorama() const { return panorama_; }
+
     /// The maps' axes: their direction of a direction in the world. A panorama turned by --env-yaw and --env-pitch.
     const glm::dmat3& environmentFromWorld() const { return environmentFromWorld_; }
 
 private:
-    environment::DropRadiance fromFile(const std::string& path) const;
-    environment::DropRadiance fromViews(std::span<const environment::PlateView> views) const;
+    environment::DropRadiance fromFile(const std::string& path);
+    environment::DropRadiance fromViews(std::span<const environment::PlateView> views);
+    void keep(environment::Panorama panorama);
 
     const Settings settings_;
     const environment::DropRadianceBaker baker_;
     glm::dmat3 environmentFromWorld_{1.0};
     std::optional<LightKeyFrames> keyFrames_;
     bool isEachFrame_ = false;
+    const bool keepsPanorama_;
+    environment::Panorama panorama_;
     bool isShown_ = false;  // update() has been called
     environment::DropRadiance light_;
 };

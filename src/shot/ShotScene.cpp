@@ -57,7 +57,7 @@ ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted&
     }
     const particles::Exposure first = exposureAt(shot.firstFrame);
     if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
-    if (plan.features.light()) makeLight(samples.forLight);
+    if (plan.features.light()) makeLight(samples.forLight, wanted.panorama);
     if (plan.features.lights) lamps = readLights(settings.lights);
     if (plan.features.depth) depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
 }
@@ -111,7 +111,7 @@ environment::PlateView ShotScene::viewOf(ConstImageViewF plate, FrameNumber fram
     return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
 }
 
-void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples)
+void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, bool wantsPanorama)
 {
     // Beyond this the surroundings are others.
     constexpr double travel_m = 3;
@@ -133,7 +133,7 @@ void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples)
             numbers.push_back(sample.number);
         }
     }
-    light.emplace(settings, views);
+    light.emplace(settings, views, wantsPanorama);
     lightSource = !settings.env.empty() ? settings.env
                   : together
                       ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))

@@ -59,7 +59,7 @@ struct ShotScene {
     std::string lightSource;  ///< for the report
 
 private:
-    void makeLight(const std::vector<PlateSamples::Frame>& samples);
+    void makeLight(const std::vector<PlateSamples::Frame>& samples, bool wantsPanorama);
 };
 
 }  // namespace virga::shot

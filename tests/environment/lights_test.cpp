@@ -10,8 +10,8 @@
 #include "core/Error.h"
 #include "core/Parallel.h"
 #include "environment/DropRadiance.h"
+#include "reference/DropLight.h"
 #include "sh/Panorama.h"
-#include "support/DropIntegral.h"
 
 namespace virga::environment {
 namespace {
@@ -109,7 +109,7 @@ Deviation deviation(const std::vector<glm::dvec3>& views, const std::vector<glm:
 TEST(Lights, DropsAreRightUnderAnyLight)
 {
     const DropRadianceBaker baker;
-    const test::DropIntegral integral(width, height, 4, baker.options().index);
+    const reference::DropLight integral(width, height, 4, baker.options().index);
     const auto views = directions(300);
     for (const World& world : worlds()) {
         const DropRadiance light = baker.bake(world.panorama);

@@ -11,7 +11,7 @@
 #include "environment/Panorama.h"
 #include "gl/Context.h"
 #include "io/Plate.h"
-#include "support/DropIntegral.h"
+#include "reference/DropLight.h"
 #include "support/ShaderLookup.h"
 
 namespace virga {
@@ -49,7 +49,8 @@ TEST(Hdri, TheDefaultIsWithinAPerCentOfTheIntegral)
     for (const auto& file : files) {
         const environment::Panorama panorama = readPanorama(file);
         const DropRadiance light = baker.bake(panorama);
-        const test::DropIntegral integral(panorama.pixels.width(), panorama.pixels.height(), 2, baker.options().index);
+        const reference::DropLight integral(panorama.pixels.width(), panorama.pixels.height(), 2,
+                                            baker.options().index);
         const auto truth = integral(panorama.pixels, views);
         double square = 0, mean = 0;
         for (std::size_t i = 0; i < views.size(); ++i) {

@@ -1,0 +1,73 @@
+#include "reference/RainLayer.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <tuple>
+
+#include "core/Parallel.h"
+#include "reference/DropSampler.h"
+
+namespace virga::reference {
+namespace {
+
+/// Fragments in memory at a time, about: a picture of more is made in bands of rows.
+constexpr double mostFragments = 4e6;
+
+/// All fragments of rows [firstRow, lastRow), by pixel, from near to far.
+std::vector<Fragment> fragmentsOf(const Scene& scene, const DropPaths& paths, ConstImageViewF depth, int firstRow,
+                                  int lastRow, std::size_t& strokes)
+{
+    std::vector<Fragment> all;
+    std::mutex mutex;
+    const auto grain = std::ptrdiff_t(paths.cells() / 64 + 1);  // a sampler has buffers of the picture's size
+    parallelFor(0, std::ptrdiff_t(paths.cells()), grain, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        DropSampler sampler(scene, depth);
+        std::vector<Fragment> fragments;
+        std::size_t count = 0;
+        for (std::ptrdiff_t cell = first; cell < last; ++cell)
+            paths.forCell(std::size_t(cell), [&](const DropPath& path) {
+                const std::size_t before = fragments.size();
+                sampler.sample(path, firstRow, lastRow, fragments);
+                count += fragments.size() > before;
+            });
+        const std::lock_guard lock(mutex);
+        all.insert(all.end(), fragments.begin(), fragments.end());
+        strokes += count;
+    });
+    std::sort(all.begin(), all.end(), [](const Fragment& a, const Fragment& b) {
+        return std::tie(a.pixel, a.depth, a.drop) < std::tie(b.pixel, b.depth, b.drop);
+    });
+    return all;
+}
+
+}  // namespace
+
+RainLayer rainLayer(const Scene& scene, ConstImageViewF depth, const ImageD& lit, const ImageD& fogLight)
+{
+    const int width = scene.exposure.projection.width, height = scene.exposure.projection.height;
+    RainLayer layer{ImageD(width, height, 4), ImageD(width, height, 1, std::numeric_limits<double>::infinity()),
+                    ImageD(width, height, 2), 0};
+    if (scene.rain.field == nullptr) return layer;
+    const DropPaths paths(scene);
+    const int bands = std::clamp(int(2 * double(paths.drops()) / mostFragments) + 1, 1, height);
+    for (int band = 0; band < bands; ++band) {
+        const int firstRow = height * band / bands, lastRow = height * (band + 1) / bands;
+        for (const Fragment& f : fragmentsOf(scene, paths, depth, firstRow, lastRow, layer.strokes)) {
+            double* rain = layer.rain.data() + 4 * f.pixel;
+            const double* light = lit.data() + 3 * f.pixel;
+            const double* fog = fogLight.data() + 3 * f.pixel;
+            const double shows = (1 - rain[3]) * f.alpha;
+            for (int c = 0; c < 3; ++c) rain[c] += shows * (f.clear * light[c] + (1 - f.clear) * fog[c] + f.lamps[c]);
+            rain[3] += shows;
+            double& nearest = layer.depth.data()[f.pixel];
+            if (f.alpha < visibleInData || nearest < f.depth) continue;
+            nearest = f.depth;
+            layer.motion.data()[2 * f.pixel] = f.motion.x;
+            layer.motion.data()[2 * f.pixel + 1] = f.motion.y;
+        }
+    }
+    return layer;
+}
+
+}  // namespace virga::reference
