@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "core/Error.h"
+#include "core/Parallel.h"
 #include "core/Timer.h"
 #include "environment/DropRadiance.h"
 #include "environment/Panorama.h"

@@ -47,15 +47,21 @@ VIRGA_INLINE Pixel between(const std::vector<float>& row, std::size_t node, floa
 
 /// What eight pixels have of fog and rain.
 struct Coverage {
-    float fogAlpha[lanes::count], rainAlpha[lanes::count], rainClear[lanes::count];
+    struct Drops {
+        float alpha[lanes::count], clear[lanes::count];  // and the share of their light that the fog lets through
+    };
+    float fogAlpha[lanes::count];
+    Drops rain, splash;
     bool isAny = false;
 };
 
-VIRGA_INLINE void readSums(const Frame& frame, const BandSums& band, int x, int y, int pixels, Coverage& out)
+/// False, and alpha 0, where there are none. `all`: sums of the band's pixels.
+VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::vector<std::uint32_t>& all, int x,
+                           int y, int pixels, Coverage::Drops& out)
 {
     float depths[lanes::count] = {}, weighted[lanes::count] = {};
     const std::uint32_t* sums =
-        band.sums.data() +
+        all.data() +
         (std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x)) * std::size_t(band.perPixel);
     std::uint32_t any = 0;
     for (int i = 0; i < pixels; ++i) {
@@ -64,13 +70,13 @@ VIRGA_INLINE void readSums(const Frame& frame, const BandSums& band, int x, int 
         if (band.perPixel > 1) weighted[i] = float(sums[2 * i + 1]);
     }
     if (any == 0) {
-        std::fill_n(out.rainAlpha, lanes::count, 0.0f);
-        return;
+        std::fill_n(out.alpha, lanes::count, 0.0f);
+        return false;
     }
-    out.isAny = true;
     const Float depth = lanes::load(depths);
-    lanes::store(Float(1.0f) - lanes::exp(depth * (-1.0f / opticalDepthSteps)), out.rainAlpha);
-    lanes::store(lanes::load(weighted) / lanes::max(depth, 1.0f), out.rainClear);
+    lanes::store(Float(1.0f) - lanes::exp(depth * (-1.0f / opticalDepthSteps)), out.alpha);
+    lanes::store(lanes::load(weighted) / lanes::max(depth, 1.0f), out.clear);
+    return true;
 }
 
 VIRGA_INLINE void readFog(const Frame& frame, int x, int y, int pixels, Coverage& out)
@@ -103,7 +109,8 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
     Coverage coverage;
     if (f.fog && !f.depth) std::fill_n(coverage.fogAlpha, lanes::count, 1.0f - std::exp(-c.boost.z));
     if (!f.fog) std::fill_n(coverage.fogAlpha, lanes::count, 0.0f);
-    if (!f.rain) std::fill_n(coverage.rainAlpha, lanes::count, 0.0f);
+    std::fill_n(coverage.rain.alpha, lanes::count, 0.0f);
+    std::fill_n(coverage.splash.alpha, lanes::count, 0.0f);
     const bool isFogEverywhere = f.fog && (f.depth || coverage.fogAlpha[0] > 0);
 
     for (int y = band.firstRow; y < band.lastRow; ++y) {
@@ -113,13 +120,15 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
         for (int x = 0; x < picture.width(); x += lanes::count) {
             const int pixels = std::min(lanes::count, picture.width() - x);
             coverage.isAny = isFogEverywhere;
-            if (f.rain) readSums(frame, band, x, y, pixels, coverage);
+            if (f.rain && readSums(frame, band, band.sums, x, y, pixels, coverage.rain)) coverage.isAny = true;
+            if (f.splashes && readSums(frame, band, band.splashSums, x, y, pixels, coverage.splash))
+                coverage.isAny = true;
             if (f.fog && f.depth) readFog(frame, x, y, pixels, coverage);
             if (!coverage.isAny && !everyPixel) continue;
             for (int i = 0; i < pixels; ++i) {
                 Pixel background = loadPixel(row + 4 * (x + i));
                 if (f.darken) background = graded(c, background);
-                Pixel result = background, fog{}, rain{};
+                Pixel result = background, fog{}, splash{}, rain{};
                 if (coverage.isAny) {
                     const float at = (float(x + i) + 0.5f) / step;
                     const auto node = std::size_t(at);
@@ -139,15 +148,24 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
                         fog = withAlpha(fogLight, coverage.fogAlpha[i]);
                         result = fog + result * (1.0f - coverage.fogAlpha[i]);
                     }
-                    if (coverage.rainAlpha[i] > 0) {
-                        const Pixel seen = f.fog ? fogLight + (lit - fogLight) * coverage.rainClear[i] : lit;
-                        rain = withAlpha(seen, coverage.rainAlpha[i]);
-                        result = rain + result * (1.0f - coverage.rainAlpha[i]);
+                    const auto drops = [&](const Coverage::Drops& d) __attribute__((always_inline))
+                    {
+                        const Pixel seen = f.fog ? fogLight + (lit - fogLight) * d.clear[i] : lit;
+                        return withAlpha(seen, d.alpha[i]);
+                    };
+                    if (coverage.splash.alpha[i] > 0) {
+                        splash = drops(coverage.splash);
+                        result = splash + result * (1.0f - coverage.splash.alpha[i]);
+                    }
+                    if (coverage.rain.alpha[i] > 0) {
+                        rain = drops(coverage.rain);
+                        result = rain + result * (1.0f - coverage.rain.alpha[i]);
                     }
                 }
                 storePixel(result, row + 4 * (x + i));
                 if (f.layers) {
                     if (f.rain) storePixel(rain, layers.rain.pixel(x + i, y));
+                    if (f.splashes) storePixel(splash, layers.splash.pixel(x + i, y));
                     if (f.fog) storePixel(fog, layers.fog.pixel(x + i, y));
                     storePixel(background, layers.plate.pixel(x + i, y));
                 }

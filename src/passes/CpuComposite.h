@@ -6,11 +6,11 @@ namespace virga::passes::cpu {
 
 /// Where the layers of a frame go; empty images where nobody wants them.
 struct LayerImages {
-    ImageF rain, fog, plate;
+    ImageF rain, splash, fog, plate;
 };
 
-/// Fog and rain over the graded plate, in place, in the rows of the band. Twin of pass_composite.comp. A pixel that no
-/// effect reaches is not written.
+/// Fog, splashes and rain over the graded plate, in place, in the rows of the band. Twin of pass_composite.comp. A
+/// pixel that no effect reaches is not written.
 void compositeBand(const Frame& frame, const BandSums& band, ImageView<float> picture, LayerImages& layers);
 
 /// Light of drops (and of the smooth background) at the nodes of the light grid. Twin of pass_light.comp.

@@ -1,6 +1,7 @@
 // What the kernels of the CPU renderer share: a frame's constants and inputs, as pointers.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <vector>
@@ -25,6 +26,12 @@ struct Mattes {
     std::vector<float> prefix;     ///< layers x (height + 1), each ends at 1
     std::vector<float> densities;  ///< layers x height x width, each row has a mean of 1
 };
+
+/// -ln(1 - alpha) without cancellation for small alpha.
+inline float opticalDepthOf(float alpha)
+{
+    return alpha < 0.01f ? alpha * (1.0f + alpha * (0.5f + alpha * (1.0f / 3.0f))) : -std::log(1.0f - alpha);
+}
 
 struct Frame {
     Features features;
@@ -55,11 +62,12 @@ struct StrokeList {
 
 /// What one band of rows gathers.
 struct BandSums {
-    int firstRow = 0, lastRow = 0;      ///< one past the last
-    int perPixel = 1;                   ///< sums a pixel: optical depth, and with fog weighted with the fog in front
-    std::vector<std::uint32_t> sums;    ///< rows x width x perPixel
-    std::vector<float> nearestDepth;    ///< features.nearest [m], +inf where no stroke is
-    std::vector<std::uint32_t> motion;  ///< features.nearest: two halves [px]
+    int firstRow = 0, lastRow = 0;    ///< one past the last
+    int perPixel = 1;                 ///< sums a pixel: optical depth, and with fog weighted with the fog in front
+    std::vector<std::uint32_t> sums;  ///< of the rain, rows x width x perPixel
+    std::vector<std::uint32_t> splashSums;  ///< features.splashes
+    std::vector<float> nearestDepth;        ///< features.nearest [m], +inf where no stroke is
+    std::vector<std::uint32_t> motion;      ///< features.nearest: two halves [px]
 };
 
 }  // namespace virga::passes::cpu

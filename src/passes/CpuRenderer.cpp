@@ -10,6 +10,7 @@
 #include "core/Timer.h"
 #include "passes/CpuComposite.h"
 #include "passes/CpuDrops.h"
+#include "passes/CpuSplashes.h"
 #include "passes/CpuStrokes.h"
 #include "passes/LightGrid.h"
 #include "passes/StrokeMattes.h"
@@ -22,7 +23,8 @@ struct CpuRenderer::Impl {
     cpu::Frame frame;
     ImageF radiance, lowPass;
     std::vector<StrokeList> lists;  // one for each piece of the cells; kept, so that their memory is
-    std::size_t strokes = 0;
+    std::vector<SplashList> splashLists;
+    std::size_t strokes = 0, splashes = 0;
     std::map<std::string, double> passMs;
     LayerImages layers;
     ImageF nearestDepth, nearestMotion;
@@ -30,11 +32,12 @@ struct CpuRenderer::Impl {
     int bands() const { return (frame.height() + bandRows - 1) / bandRows; }
     void makeLayers();
     void emit(const particles::CellList& cells);
+    void emitAllSplashes();
     void drawBand(int number, BandSums& band, ImageView<float> picture);
     void keepNearest(const BandSums& band);
 };
 
-bool CpuRenderer::draws(const Features& f) { return !f.splashes && !f.blur && !f.colorTransfer && !f.lights; }
+bool CpuRenderer::draws(const Features& f) { return !f.blur && !f.colorTransfer && !f.lights; }
 
 CpuRenderer::CpuRenderer(int width, int height, const Features& features, const matte::StrokeAtlas& atlas)
     : impl_(std::make_unique<Impl>())
@@ -70,7 +73,7 @@ void CpuRenderer::Impl::makeLayers()
 {
     const Features& f = frame.features;
     const auto fresh = [&](bool isWanted) { return isWanted ? ImageF(frame.width(), frame.height(), 4) : ImageF(); };
-    layers = {fresh(f.layers && f.rain), fresh(f.layers && f.fog), fresh(f.layers)};
+    layers = {fresh(f.layers && f.rain), fresh(f.layers && f.splashes), fresh(f.layers && f.fog), fresh(f.layers)};
     if (!f.nearest) return;
     nearestDepth = ImageF(frame.width(), frame.height(), 1);
     nearestMotion = ImageF(frame.width(), frame.height(), 2);
@@ -95,6 +98,25 @@ void CpuRenderer::Impl::emit(const particles::CellList& cells)
     for (const StrokeList& list : lists) strokes += list.strokes.size();
 }
 
+void CpuRenderer::Impl::emitAllSplashes()
+{
+    constexpr int rowsPerPiece = 8;
+    const int rows = (frame.height() + splashBlock - 1) / splashBlock;
+    splashLists.resize(std::size_t((rows + rowsPerPiece - 1) / rowsPerPiece));
+    parallelFor(0, std::ptrdiff_t(splashLists.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (std::ptrdiff_t piece = first; piece < last; ++piece) {
+            SplashList& list = splashLists[std::size_t(piece)];
+            list.splashes.clear();
+            list.ofBand.resize(std::size_t(bands()));
+            for (auto& band : list.ofBand) band.clear();
+            const int from = int(piece) * rowsPerPiece;
+            emitSplashes(frame, from, std::min(from + rowsPerPiece, rows), list);
+        }
+    });
+    splashes = 0;
+    for (const SplashList& list : splashLists) splashes += list.splashes.size();
+}
+
 void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> picture)
 {
     const Features& f = frame.features;
@@ -110,6 +132,10 @@ void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> pi
         }
         for (const StrokeList& list : lists) splatStrokes(frame, list, std::size_t(number), band);
         if (f.nearest) keepNearest(band);
+    }
+    if (f.splashes) {
+        band.splashSums.assign(pixels * std::size_t(band.perPixel), 0);
+        for (const SplashList& list : splashLists) splatSplashes(frame, list, std::size_t(number), band);
     }
     compositeBand(frame, band, picture, layers);
 }
@@ -145,6 +171,7 @@ void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants&
     }
     m.strokes = 0;
     if (f.rain) timed("drops", [&] { m.emit(cells); });
+    if (f.splashes) timed("splashes", [&] { m.emitAllSplashes(); });
     timed("picture", [&] {
         parallelFor(0, m.bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
             BandSums band;
@@ -154,8 +181,10 @@ void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants&
 }
 
 std::size_t CpuRenderer::strokeCount() const { return impl_->strokes; }
+std::size_t CpuRenderer::splashCount() const { return impl_->splashes; }
 const std::map<std::string, double>& CpuRenderer::passMs() const { return impl_->passMs; }
 ImageF CpuRenderer::takeRain() { return std::move(impl_->layers.rain); }
+ImageF CpuRenderer::takeSplash() { return std::move(impl_->layers.splash); }
 ImageF CpuRenderer::takeFog() { return std::move(impl_->layers.fog); }
 ImageF CpuRenderer::takePlate() { return std::move(impl_->layers.plate); }
 ImageF CpuRenderer::takeNearestDepth() { return std::move(impl_->nearestDepth); }

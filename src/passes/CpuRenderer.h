@@ -23,8 +23,8 @@ namespace virga::passes {
 
 class CpuRenderer {
 public:
-    /// Whether all that the features name is drawn here: rain, fog, depth, darkening, boost, layers, camera motion.
-    /// What is not is left to the shaders.
+    /// Whether all that the features name is drawn here: rain, fog, depth, splashes, darkening, boost, layers, camera
+    /// motion. What is not is left to the shaders.
     static bool draws(const Features& features);
 
     /// atlas: of a rain's strokes; may be empty without rain.
@@ -41,10 +41,11 @@ public:
                 const glm::mat3& environmentFromWorld = glm::mat3(1.0f));
 
     // Of the last frame.
-    std::size_t strokeCount() const;
-    const std::map<std::string, double>& passMs() const;  ///< "light", "drops", "picture" (strokes and composite)
-    ImageF takeRain(), takeFog(), takePlate();            ///< features.layers
-    ImageF takeNearestDepth(), takeNearestMotion();       ///< features.nearest; as FrameTargets'
+    std::size_t strokeCount() const, splashCount() const;
+    const std::map<std::string, double>& passMs()
+        const;  ///< "light", "drops", "splashes" (listed), "picture" (all drawn)
+    ImageF takeRain(), takeSplash(), takeFog(), takePlate();  ///< features.layers
+    ImageF takeNearestDepth(), takeNearestMotion();           ///< features.nearest; as FrameTargets'
 
 private:
     struct Impl;

@@ -16,11 +16,6 @@ constexpr float resolvedTile = 8;  // [px], as in strokes_splat.glsl
 /// The steps of a float that is not negative, nearest.
 VIRGA_INLINE std::uint32_t steps(float value) { return std::uint32_t(std::int32_t(value + 0.5f)); }
 
-VIRGA_INLINE float opticalDepthOf(float alpha)
-{
-    return alpha < 0.01f ? alpha * (1.0f + alpha * (0.5f + alpha * (1.0f / 3.0f))) : -std::log(1.0f - alpha);
-}
-
 VIRGA_INLINE float acrossIntegral(float x)
 {
     x = std::clamp(x, -1.0f, 1.0f);

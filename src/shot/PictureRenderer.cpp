@@ -142,11 +142,13 @@ public:
         drawn.beauty = std::move(plate);
         renderer_.render(drawn.beauty.view(), constants, cells, environmentFromWorld);
         drawn.rain = renderer_.takeRain();
+        drawn.splash = renderer_.takeSplash();
         drawn.fog = renderer_.takeFog();
         drawn.plate = renderer_.takePlate();
         drawn.nearestDepth = renderer_.takeNearestDepth();
         drawn.nearestMotion = renderer_.takeNearestMotion();
         drawn.strokes = renderer_.strokeCount();
+        drawn.splashes = renderer_.splashCount();
         drawn.passMs = renderer_.passMs();
         return drawn;
     }

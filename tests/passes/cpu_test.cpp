@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -9,6 +10,7 @@
 #include "core/Parallel.h"
 #include "passes/CpuRenderer.h"
 #include "passes/Picture.h"
+#include "passes/SplashPass.h"
 #include "rainfall/DropSizes.h"
 
 namespace virga::passes {
@@ -47,6 +49,11 @@ struct Scene {
         constants.focus = {0.01f, 0.3f, float(exposure_s), 20};  // near drops are blurred
         constants.picture = {width, height, 0, 0};
         constants.boost = {0.4f, 0, 0.3f, 0};
+        constants.splash = {3, 0.12f, 1, 0.4f};
+        constants.splashGrid = {0.1f, 0.03f, 0.02f, 0};
+        constants.splashKey = {9, 5, 6, std::uint32_t(SplashPass::capacity(width, height))};
+        constants.splashTime = {70, 12, 0, 0};
+        constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};
         constants.grade = {0.2f, 0.3f, 0, 50};
 
         std::mt19937 random(5);
@@ -54,9 +61,12 @@ struct Scene {
         for (float& value : plate.values()) value = 2 * unit(random);
         for (float& value : radiance.values()) value = 3 * unit(random);
         for (float& value : background.values()) value = unit(random);
+        // Sky at the left, a wall of noise, and a road 1.5 m under the camera.
         for (int y = 0; y < height; ++y)
             for (int x = 0; x < width; ++x)
-                depth.at(x, y) = x < 40 ? std::numeric_limits<float>::infinity() : 1 + 30 * unit(random);
+                depth.at(x, y) = y > height / 2 + 10 ? 1.5f * focal / (float(y) + 0.5f - 0.5f * height)
+                                 : x < 40            ? std::numeric_limits<float>::infinity()
+                                                     : 1 + 30 * unit(random);
         for (int i = 0; i < shared::fogTableSize; ++i) fogTable.push_back(1.5f * float(i) / 255);
     }
 };
@@ -64,7 +74,7 @@ struct Scene {
 struct Result {
     ImageF beauty;
     std::vector<std::pair<const char*, ImageF>> layers;
-    std::size_t strokes = 0;
+    std::size_t strokes = 0, splashes = 0;
 };
 
 Result byShaders(Features features, const Scene& scene)
@@ -76,6 +86,8 @@ Result byShaders(Features features, const Scene& scene)
     std::optional<LightPass> light;
     if (features.light()) light.emplace(features);
     const CompositePass composite(features);
+    std::optional<SplashPass> splashes;
+    if (features.splashes) splashes.emplace(features);
     targets.uploadPlate(scene.plate);
     if (features.depth) targets.uploadDepth(scene.depth);
     if (features.fog) targets.uploadFogTable(scene.fogTable);
@@ -87,13 +99,16 @@ Result byShaders(Features features, const Scene& scene)
     gl::PassTimer timer;
     timer.begin();
     if (light) light->run(targets);
+    if (splashes) splashes->run(targets);
     if (strokes) strokes->run(targets, scene.cells, timer);
     composite.run(targets);
     Result result;
     result.beauty = targets.readBeauty();
     if (strokes) result.strokes = strokes->strokeCount();
+    if (splashes) result.splashes = splashes->splashCount();
     using Layer = FrameTargets::LayerIndex;
     if (features.layers && features.rain) result.layers.emplace_back("rain", targets.readLayer(Layer::Rain));
+    if (features.layers && features.splashes) result.layers.emplace_back("splash", targets.readLayer(Layer::Splash));
     if (features.layers && features.fog) result.layers.emplace_back("fog", targets.readLayer(Layer::Fog));
     if (features.layers) result.layers.emplace_back("plate", targets.readLayer(Layer::Plate));
     if (features.nearest) result.layers.emplace_back("depth", targets.readNearestDepth());
@@ -111,7 +126,9 @@ Result byCpu(const Features& features, const Scene& scene)
     result.beauty = scene.plate;
     renderer.render(result.beauty.view(), scene.constants, scene.cells);
     result.strokes = renderer.strokeCount();
+    result.splashes = renderer.splashCount();
     if (features.layers && features.rain) result.layers.emplace_back("rain", renderer.takeRain());
+    if (features.layers && features.splashes) result.layers.emplace_back("splash", renderer.takeSplash());
     if (features.layers && features.fog) result.layers.emplace_back("fog", renderer.takeFog());
     if (features.layers) result.layers.emplace_back("plate", renderer.takePlate());
     if (features.nearest) result.layers.emplace_back("depth", renderer.takeNearestDepth());
@@ -135,14 +152,16 @@ std::size_t differing(const ImageF& a, const ImageF& b, double tolerance)
 std::vector<Features> everyCombination()
 {
     std::vector<Features> all;
-    for (int bits = 1; bits < 128; ++bits) {
+    for (int bits = 1; bits < 256; ++bits) {
         Features f;
         f.rain = bits & 1, f.fog = bits & 2, f.depth = bits & 4, f.darken = bits & 8;
         f.boost = (bits & 16) != 0 && f.rain;
         f.layers = bits & 32;
         f.cameraMotion = (bits & 64) != 0 && f.rain;
         f.nearest = f.layers && f.rain;
-        if (f.anything() && CpuRenderer::draws(f)) all.push_back(f);
+        f.splashes = (bits & 128) != 0 && f.depth;
+        // A half of them, in which every pair occurs: the shaders are compiled for each.
+        if (f.anything() && CpuRenderer::draws(f) && std::popcount(unsigned(bits)) % 2 == 0) all.push_back(f);
     }
     return all;
 }
@@ -152,7 +171,7 @@ std::string wordsOf(const Features& f)
     std::string words;
     const auto add = [&](bool is, const char* word) { words += is ? word : ""; };
     add(f.rain, "rain "), add(f.fog, "fog "), add(f.depth, "depth "), add(f.darken, "darken "), add(f.boost, "boost ");
-    add(f.layers, "layers "), add(f.cameraMotion, "motion");
+    add(f.splashes, "splashes "), add(f.layers, "layers "), add(f.cameraMotion, "motion");
     return words;
 }
 
@@ -168,6 +187,7 @@ TEST(CpuRenderer, DrawsWhatTheShadersDraw)
             SCOPED_TRACE(wordsOf(f));
             const Result shaders = byShaders(f, scene), cpu = byCpu(f, scene);
             EXPECT_NEAR(double(cpu.strokes), double(shaders.strokes), 2e-4 * double(shaders.strokes) + 1);
+            EXPECT_NEAR(double(cpu.splashes), double(shaders.splashes), 2e-3 * double(shaders.splashes) + 1);
             const std::size_t few = shaders.beauty.size() / 5000;
             EXPECT_LE(differing(cpu.beauty, shaders.beauty, 1e-5), few);
             ASSERT_EQ(cpu.layers.size(), shaders.layers.size());
@@ -232,7 +252,7 @@ TEST(CpuRenderer, LayersOverEachOtherAreTheBeauty)
 
 TEST(CpuRenderer, LeavesToTheShadersWhatItDoesNotDraw)
 {
-    for (bool Features::*other : {&Features::splashes, &Features::blur, &Features::colorTransfer, &Features::lights}) {
+    for (bool Features::*other : {&Features::blur, &Features::colorTransfer, &Features::lights}) {
         Features f;
         f.rain = true;
         EXPECT_TRUE(CpuRenderer::draws(f));
