@@ -112,12 +112,15 @@ shared::FrameConstants constantsOf(const Case& c, const particles::Exposure& exp
 void runOnCpu(const Case& c, const Options& options, const passes::Features& features,
               const particles::RainField& field, particles::Exposure exposure, const particles::Visibility& visibility)
 {
-    if (!passes::CpuRenderer::draws(features)) return;
     passes::CpuRenderer renderer(c.width, c.height, features, matte::makeOscillatingDropAtlas(1));
     const ImageF depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
     renderer.setDepth(depth);
     renderer.setFogTable(std::vector<float>(256, 0.05f));
     renderer.setDropRadiance(white, white);
+    renderer.setRingTransfer(std::vector<float>(3 * 256, 0.1f));
+    const shared::PointLight lamp{{1, 1, -6, 0.1f}, {2, 1, 0.5f, 0}};
+    renderer.setLamps({&lamp, 1});
+    renderer.setLut(std::vector<float>(3 * 33 * 33 * 33, 0.01f));
     std::map<std::string, std::vector<double>> times;
     double cpu = 0;
     ImageF beauty;

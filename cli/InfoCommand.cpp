@@ -60,7 +60,7 @@ int info(const InfoArguments& arguments)
         std::printf("device %d: %s (%s, OpenGL %s, EGL %s)\n", d.index, d.renderer.c_str(),
                     d.isSoftware ? "software" : "GPU", d.version.c_str(), d.platform.c_str());
     if (devices.empty())
-        std::printf("no OpenGL 4.5 device: 'apt-get install libegl1 libgl1-mesa-dri' brings a software renderer\n");
+        std::printf("no OpenGL 4.5 device; the processor draws without one\n");
     for (const auto& [name, version] : libraries) std::printf("%s %s\n", name.c_str(), version.c_str());
     return 0;
 }

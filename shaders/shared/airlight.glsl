@@ -3,6 +3,11 @@
 #ifndef VIRGA_FN
 #define VIRGA_FN
 #endif
+#ifndef VIRGA_PICK
+/// a where the condition holds, else b; both are computed. A function of eight numbers where C++ compiles this for lanes.
+#define VIRGA_PICK
+#define pick(condition, a, b) ((condition) ? (a) : (b))
+#endif
 
 /// One node of the quadrature below: the integrand times dy/dq, without constant factors.
 VIRGA_FN float airlightNode(float q, float scale, float start, float across, float extinction)
@@ -30,16 +35,16 @@ VIRGA_FN float airlightNode(float q, float scale, float start, float across, flo
 /// extinction  beta [1/m]; 0 gives 0
 VIRGA_FN float airlightQuadrature(vec3 direction, float distance, vec3 light, float radius, float extinction)
 {
-    if (extinction <= 0.0f || distance <= 0.0f) return 0.0f;
-    float reach = min(distance, 1e15f);  // its square is a float
+    extinction = max(extinction, 0.0f);
+    float reach = min(max(distance, 0.0f), 1e15f);  // its square is a float
     float along = dot(light, direction);
     float across = max(length(light - along * direction), max(radius, 1e-4f));
     float rest = reach - along;
     float straight = sqrt(along * along + across * across);  // camera to lamp
     float atSurface = sqrt(rest * rest + across * across);   // surface to lamp
     // straight - along and atSurface + rest, each in the form that does not cancel.
-    float start = along > 0.0f ? across * across / (straight + along) : straight - along;
-    float end = rest > 0.0f ? atSurface + rest : across * across / (atSurface - rest);
+    float start = pick(along > 0.0f, across * across / (straight + along), straight - along);
+    float end = pick(rest > 0.0f, atSurface + rest, across * across / (atSurface - rest));
     float detour = min(reach * ((start + end) / (straight + atSurface)), 9.0f / extinction);  // Y = end - start
 
     float width = sqrt(across * across + start * start);

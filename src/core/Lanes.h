@@ -89,7 +89,7 @@ VIRGA_INLINE Float load(const float* values)
 VIRGA_INLINE void store(const Float& a, float* values) { std::memcpy(values, &a.v, sizeof a.v); }
 
 /// a where the mask holds, else b.
-VIRGA_INLINE Float select(const Mask& mask, const Float& a, const Float& b) { return Float(mask.v ? a.v : b.v); }
+VIRGA_INLINE Float pick(const Mask& mask, const Float& a, const Float& b) { return Float(mask.v ? a.v : b.v); }
 
 VIRGA_INLINE Float min(const Float& a, const Float& b) { return Float(a.v < b.v ? a.v : b.v); }
 VIRGA_INLINE Float max(const Float& a, const Float& b) { return Float(a.v > b.v ? a.v : b.v); }
@@ -168,7 +168,11 @@ struct Vec3 {
 };
 VIRGA_INLINE Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 VIRGA_INLINE Vec3 operator*(const Vec3& a, const Float& b) { return {a.x * b, a.y * b, a.z * b}; }
+VIRGA_INLINE Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+VIRGA_INLINE Vec3 operator*(const Float& a, const Vec3& b) { return b * a; }
 VIRGA_INLINE Float dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+VIRGA_INLINE Float length(const Vec3& a) { return sqrt(dot(a, a)); }
 
 struct Uvec4 {
     Uint x, y, z, w;

@@ -127,8 +127,8 @@ Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
         throw Error(ErrorCode::Graphics, "--device {}: there is no such device; EGL lists {}, counted from 0 (see virga info)", device,
                     candidates.size());
     throw Error(ErrorCode::Graphics,
-                "no usable OpenGL 4.5 device for '--device {}': EGL lists {} device(s) and none gave a context; on "
-                "Debian 'apt-get install libegl1 libgl1-mesa-dri' brings a software renderer",
+                "no usable OpenGL 4.5 device for '--device {}': EGL lists {} device(s) and none gave a context; "
+                "'--device cpu' draws without OpenGL",
                 device, candidates.size());
 }
 

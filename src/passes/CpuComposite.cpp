@@ -6,6 +6,8 @@
 
 #include "core/Lanes.h"
 #include "core/Parallel.h"
+#include "passes/CpuGrade.h"
+#include "passes/CpuLamps.h"
 #include "sh/Panorama.h"
 
 namespace virga::passes::cpu {
@@ -49,8 +51,9 @@ VIRGA_INLINE Pixel between(const std::vector<float>& row, std::size_t node, floa
 struct Coverage {
     struct Drops {
         float alpha[lanes::count], clear[lanes::count];  // and the share of their light that the fog lets through
+        float lamps[3][lanes::count];
     };
-    float fogAlpha[lanes::count];
+    float fogAlpha[lanes::count], glow[3][lanes::count];
     Drops rain, splash;
     bool isAny = false;
 };
@@ -59,15 +62,18 @@ struct Coverage {
 VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::vector<std::uint32_t>& all, int x,
                            int y, int pixels, Coverage::Drops& out)
 {
-    float depths[lanes::count] = {}, weighted[lanes::count] = {};
+    const Features& f = frame.features;
+    float depths[lanes::count] = {}, weighted[lanes::count] = {}, lamps[3][lanes::count] = {};
     const std::uint32_t* sums =
         all.data() +
         (std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x)) * std::size_t(band.perPixel);
     std::uint32_t any = 0;
-    for (int i = 0; i < pixels; ++i) {
-        any |= sums[i * band.perPixel];
-        depths[i] = float(sums[i * band.perPixel]);
-        if (band.perPixel > 1) weighted[i] = float(sums[2 * i + 1]);
+    for (int i = 0; i < pixels; ++i, sums += band.perPixel) {
+        any |= sums[0];
+        depths[i] = float(sums[0]);
+        if (f.fog) weighted[i] = float(sums[1]);
+        if (f.lights)
+            for (int k = 0; k < 3; ++k) lamps[k][i] = float(sums[frame.lampSums() + k]);
     }
     if (any == 0) {
         std::fill_n(out.alpha, lanes::count, 0.0f);
@@ -75,7 +81,10 @@ VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::
     }
     const Float depth = lanes::load(depths);
     lanes::store(Float(1.0f) - lanes::exp(depth * (-1.0f / opticalDepthSteps)), out.alpha);
-    lanes::store(lanes::load(weighted) / lanes::max(depth, 1.0f), out.clear);
+    const Float whole = lanes::max(depth, 1.0f);
+    lanes::store(lanes::load(weighted) / whole, out.clear);
+    if (f.lights)
+        for (int k = 0; k < 3; ++k) lanes::store(lanes::load(lamps[k]) / whole, out.lamps[k]);
     return true;
 }
 
@@ -88,14 +97,6 @@ VIRGA_INLINE void readFog(const Frame& frame, int x, int y, int pixels, Coverage
     out.isAny = true;
 }
 
-VIRGA_INLINE Pixel graded(const shared::FrameConstants& c, const Pixel& color)
-{
-    const float luminance = 0.2126f * color[0] + 0.7152f * color[1] + 0.0722f * color[2];
-    const Pixel mixed = color + (luminance - color) * c.grade.y;
-    const Pixel dark = mixed * (1.0f - c.grade.x);
-    return Pixel{dark[0], dark[1], dark[2], color[3]};
-}
-
 }  // namespace
 
 VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageView<float> picture, LayerImages& layers)
@@ -104,19 +105,20 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
     const Features& f = frame.features;
     const float step = float(c.lights.y), fixedFog = c.fogColor.w;
     const Pixel fogColor = {c.fogColor.x, c.fogColor.y, c.fogColor.z, 0};
-    const bool everyPixel = f.darken || f.layers;
+    const bool isGraded = (f.darken || f.colorTransfer) && !f.blur;  // the blur grades what it reads
     std::vector<float> light, behind;
     Coverage coverage;
     if (f.fog && !f.depth) std::fill_n(coverage.fogAlpha, lanes::count, 1.0f - std::exp(-c.boost.z));
     if (!f.fog) std::fill_n(coverage.fogAlpha, lanes::count, 0.0f);
     std::fill_n(coverage.rain.alpha, lanes::count, 0.0f);
     std::fill_n(coverage.splash.alpha, lanes::count, 0.0f);
-    const bool isFogEverywhere = f.fog && (f.depth || coverage.fogAlpha[0] > 0);
+    const bool isFogEverywhere = f.fog && (f.depth || f.lights || coverage.fogAlpha[0] > 0);
 
     for (int y = band.firstRow; y < band.lastRow; ++y) {
         if (f.light()) interpolateRow(frame.lightGrid, (float(y) + 0.5f) / step, light);
         if (f.lowPass() && f.light()) interpolateRow(frame.lowPassGrid, (float(y) + 0.5f) / step, behind);
         float* row = picture.row(y);
+        if (isGraded) gradeRow(frame, row, picture.width());
         for (int x = 0; x < picture.width(); x += lanes::count) {
             const int pixels = std::min(lanes::count, picture.width() - x);
             coverage.isAny = isFogEverywhere;
@@ -124,10 +126,10 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
             if (f.splashes && readSums(frame, band, band.splashSums, x, y, pixels, coverage.splash))
                 coverage.isAny = true;
             if (f.fog && f.depth) readFog(frame, x, y, pixels, coverage);
-            if (!coverage.isAny && !everyPixel) continue;
+            if (f.fog && f.lights) glowAroundLamps(frame, x, y, pixels, coverage.glow);
+            if (!coverage.isAny && !f.layers) continue;
             for (int i = 0; i < pixels; ++i) {
-                Pixel background = loadPixel(row + 4 * (x + i));
-                if (f.darken) background = graded(c, background);
+                const Pixel background = loadPixel(row + 4 * (x + i));
                 Pixel result = background, fog{}, splash{}, rain{};
                 if (coverage.isAny) {
                     const float at = (float(x + i) + 0.5f) / step;
@@ -146,11 +148,13 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
                     const Pixel fogLight = mean + (fogColor - mean) * fixedFog;
                     if (f.fog) {
                         fog = withAlpha(fogLight, coverage.fogAlpha[i]);
+                        if (f.lights) fog += Pixel{coverage.glow[0][i], coverage.glow[1][i], coverage.glow[2][i], 0};
                         result = fog + result * (1.0f - coverage.fogAlpha[i]);
                     }
                     const auto drops = [&](const Coverage::Drops& d) __attribute__((always_inline))
                     {
-                        const Pixel seen = f.fog ? fogLight + (lit - fogLight) * d.clear[i] : lit;
+                        Pixel seen = f.fog ? fogLight + (lit - fogLight) * d.clear[i] : lit;
+                        if (f.lights) seen += Pixel{d.lamps[0][i], d.lamps[1][i], d.lamps[2][i], 0};
                         return withAlpha(seen, d.alpha[i]);
                     };
                     if (coverage.splash.alpha[i] > 0) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/Lanes.h"
+#include "passes/CpuLamps.h"
 
 namespace virga::passes::cpu {
 namespace {
@@ -83,7 +84,7 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     p.width = drop.diameter * c.lens.x / p.depth;
     const Float confusion = lanes::abs(Float(1.0f) / p.depth - c.focus.y) * (c.lens.x * c.focus.x);
     p.halfWidth = lanes::max(lanes::sqrt(p.width * p.width + confusion * confusion), 1.0f) * 0.5f;
-    p.blur = lanes::select(confusion > 1.0f, confusion * 0.25f, 0.0f);
+    p.blur = lanes::pick(confusion > 1.0f, confusion * 0.25f, 0.0f);
     const Float margin = p.halfWidth + p.blur + 1.0f;
     p.isSeen = p.isSeen & (lanes::max(p.startX, p.endX) + margin >= 0.0f) &
                (lanes::max(p.startY, p.endY) + margin >= 0.0f) &
@@ -117,7 +118,7 @@ VIRGA_INLINE Float matteOf(const Frame& frame, const Float& diameter, const Floa
 }
 
 /// Into the list, and into the bands that it may touch.
-VIRGA_INLINE void add(const Frame& frame, const shared::Stroke& stroke, StrokeList& list)
+void add(const Frame& frame, const shared::Stroke& stroke, StrokeList& list)
 {
     // A matte may be wider than its drop, and rows are rounded outwards.
     const float reach = 1.5f * std::max(1.0f, frame.mattes.acrossDiameters) * stroke.body.x + stroke.look.w + 2;
@@ -161,6 +162,11 @@ VIRGA_SIMD void emitStrokes(const Frame& frame, const particles::CellList& cells
                 stroke.body = {p.halfWidth[lane], covered[lane], p.depthOpen[lane], p.depthClose[lane]};
                 stroke.look = {isMirrored ? -matte[lane] : matte[lane], 1.0f, share[lane], p.blur[lane]};
                 if (frame.features.fog) stroke.look.y = std::exp(-frame.fogTo(p.depth[lane]));
+                if (frame.features.lights) {
+                    const glm::vec3 open(drop.open.x[lane], drop.open.y[lane], drop.open.z[lane]);
+                    const glm::vec3 close(drop.close.x[lane], drop.close.y[lane], drop.close.z[lane]);
+                    list.lamps.push_back(lampsInDrop(frame, 0.5f * (open + close)) * stroke.look.y);
+                }
                 add(frame, stroke, list);
             }
         }

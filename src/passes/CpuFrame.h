@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
-#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
 #include <vector>
 
 #include "core/Image.h"
@@ -38,8 +38,16 @@ struct Frame {
     shared::FrameConstants constants;
     Mattes mattes;
     ConstImageViewF depth;          ///< [m]; features.depth
-    std::vector<float> fogTable;    ///< optical depth, see fogTablePlace(); features.fog
+    std::vector<float> fogTable;    ///< optical depth; features.fog
     ImageF lightGrid, lowPassGrid;  ///< RGBA nodes, constants.lights.y pixels apart
+    std::vector<float> lut;         ///< of the colour transfer, constants.lut.z nodes a side, RGB
+    std::vector<shared::PointLight> lamps;
+    std::vector<float> ringTransfer;  ///< D(theta) RGB, see FrameTargets
+
+    /// Sums kept for each pixel: optical depth; with fog, weighted with the light that the fog in front lets through;
+    /// with lamps, weighted with their radiance in the drop, RGB.
+    int sumsPerPixel() const { return lampSums() + (features.lights ? 3 : 0); }
+    int lampSums() const { return features.fog ? 2 : 1; }
     int width() const { return int(constants.picture.x); }
     int height() const { return int(constants.picture.y); }
 
@@ -57,14 +65,15 @@ struct Frame {
 /// Strokes that some of the cells show, and which of them reach into each band.
 struct StrokeList {
     std::vector<shared::Stroke> strokes;
+    std::vector<glm::vec3> lamps;  ///< features.lights: their radiance in each stroke, fog in front taken off
     std::vector<std::vector<std::uint32_t>> ofBand;
 };
 
 /// What one band of rows gathers.
 struct BandSums {
-    int firstRow = 0, lastRow = 0;    ///< one past the last
-    int perPixel = 1;                 ///< sums a pixel: optical depth, and with fog weighted with the fog in front
-    std::vector<std::uint32_t> sums;  ///< of the rain, rows x width x perPixel
+    int firstRow = 0, lastRow = 0;          ///< one past the last
+    int perPixel = 1;                       ///< Frame::sumsPerPixel
+    std::vector<std::uint32_t> sums;        ///< of the rain, rows x width x perPixel
     std::vector<std::uint32_t> splashSums;  ///< features.splashes
     std::vector<float> nearestDepth;        ///< features.nearest [m], +inf where no stroke is
     std::vector<std::uint32_t> motion;      ///< features.nearest: two halves [px]

@@ -8,8 +8,10 @@
 
 #include "core/Parallel.h"
 #include "core/Timer.h"
+#include "passes/CpuBlur.h"
 #include "passes/CpuComposite.h"
 #include "passes/CpuDrops.h"
+#include "passes/CpuGrade.h"
 #include "passes/CpuSplashes.h"
 #include "passes/CpuStrokes.h"
 #include "passes/LightGrid.h"
@@ -37,12 +39,9 @@ struct CpuRenderer::Impl {
     void keepNearest(const BandSums& band);
 };
 
-bool CpuRenderer::draws(const Features& f) { return !f.blur && !f.colorTransfer && !f.lights; }
-
 CpuRenderer::CpuRenderer(int width, int height, const Features& features, const matte::StrokeAtlas& atlas)
     : impl_(std::make_unique<Impl>())
 {
-    assert(draws(features));
     cpu::Frame& frame = impl_->frame;
     frame.features = features;
     frame.constants.picture = {width, height, 0, 0};
@@ -56,6 +55,14 @@ CpuRenderer::~CpuRenderer() = default;
 
 void CpuRenderer::setDepth(ConstImageViewF depth) { impl_->frame.depth = depth; }
 void CpuRenderer::setFogTable(const std::vector<float>& opticalDepth) { impl_->frame.fogTable = opticalDepth; }
+
+void CpuRenderer::setLamps(std::span<const shared::PointLight> lamps)
+{
+    impl_->frame.lamps.assign(lamps.begin(), lamps.end());
+}
+
+void CpuRenderer::setRingTransfer(const std::vector<float>& ringTransfer) { impl_->frame.ringTransfer = ringTransfer; }
+void CpuRenderer::setLut(const std::vector<float>& rgb) { impl_->frame.lut = rgb; }
 
 void CpuRenderer::setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground)
 {
@@ -88,6 +95,7 @@ void CpuRenderer::Impl::emit(const particles::CellList& cells)
         for (auto piece = std::size_t(first); piece < std::size_t(last); ++piece) {
             StrokeList& list = lists[piece];
             list.strokes.clear();
+            list.lamps.clear();
             list.ofBand.resize(std::size_t(bands()));
             for (auto& band : list.ofBand) band.clear();
             const std::size_t from = piece * cellsPerPiece;
@@ -122,7 +130,7 @@ void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> pi
     const Features& f = frame.features;
     band.firstRow = number * bandRows;
     band.lastRow = std::min(band.firstRow + bandRows, frame.height());
-    band.perPixel = f.fog ? 2 : 1;
+    band.perPixel = frame.sumsPerPixel();
     const std::size_t pixels = std::size_t(band.lastRow - band.firstRow) * std::size_t(frame.width());
     if (f.rain) {
         band.sums.assign(pixels * std::size_t(band.perPixel), 0);
@@ -172,6 +180,14 @@ void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants&
     m.strokes = 0;
     if (f.rain) timed("drops", [&] { m.emit(cells); });
     if (f.splashes) timed("splashes", [&] { m.emitAllSplashes(); });
+    if (f.blur)
+        timed("blur", [&] {
+            if (f.darken || f.colorTransfer)
+                parallelFor(0, picture.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+                    for (auto y = int(first); y < int(last); ++y) gradeRow(m.frame, picture.row(y), picture.width());
+                });
+            blurPicture(m.frame, picture);
+        });
     timed("picture", [&] {
         parallelFor(0, m.bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
             BandSums band;

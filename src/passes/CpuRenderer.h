@@ -23,10 +23,6 @@ namespace virga::passes {
 
 class CpuRenderer {
 public:
-    /// Whether all that the features name is drawn here: rain, fog, depth, splashes, darkening, boost, layers, camera
-    /// motion. What is not is left to the shaders.
-    static bool draws(const Features& features);
-
     /// atlas: of a rain's strokes; may be empty without rain.
     CpuRenderer(int width, int height, const Features& features, const matte::StrokeAtlas& atlas);
     ~CpuRenderer();
@@ -34,6 +30,9 @@ public:
     /// As FrameTargets' of the same names. Depth is not copied and must live until the frame is rendered.
     void setDepth(ConstImageViewF depth);
     void setFogTable(const std::vector<float>& opticalDepth);
+    void setLamps(std::span<const shared::PointLight> lamps);
+    void setRingTransfer(const std::vector<float>& ringTransfer);
+    void setLut(const std::vector<float>& rgb);  ///< constants.lut.z nodes a side
     void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);
 
     /// Draws over `picture`, width x height x 4. environmentFromWorld: see LightPass.
@@ -42,8 +41,8 @@ public:
 
     // Of the last frame.
     std::size_t strokeCount() const, splashCount() const;
-    const std::map<std::string, double>& passMs()
-        const;  ///< "light", "drops", "splashes" (listed), "picture" (all drawn)
+    const std::map<std::string, double>& passMs() const;  ///< "light", "drops", "splashes" (listed), "blur", "picture"
+                                                          ///< (strokes, splashes, composite)
     ImageF takeRain(), takeSplash(), takeFog(), takePlate();  ///< features.layers
     ImageF takeNearestDepth(), takeNearestMotion();           ///< features.nearest; as FrameTargets'
 

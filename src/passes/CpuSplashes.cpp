@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "core/Simd.h"
+#include "passes/CpuLamps.h"
 
 namespace virga::passes::cpu {
 namespace {
@@ -142,6 +143,10 @@ private:
             splash.place = {onPicture.x, onPicture.y, scale, -inCamera.z};
             splash.look.w = weight_;
             if (frame_.features.fog) splash.light.x = std::exp(-frame_.fogTo(-inCamera.z));
+            if (frame_.features.lights) {
+                const vec3 lamps = lampsInDrop(frame_, vec3(at.x, height, at.y)) * splash.light.x;
+                splash.light = {splash.light.x, lamps.x, lamps.y, lamps.z};
+            }
             add(splash);
         }
     }
@@ -188,6 +193,9 @@ struct Drawer {
             (std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x)) * std::size_t(band.perPixel);
         sums[0] += steps;
         if (frame.features.fog) sums[1] += std::uint32_t(optical * splash.light.x + 0.5f);
+        if (frame.features.lights)
+            for (int k = 0; k < 3; ++k)
+                sums[frame.lampSums() + k] += std::uint32_t(optical * splash.light[k + 1] + 0.5f);
     }
 
     /// Pixels from `low` to `high`, both included, inside the band.

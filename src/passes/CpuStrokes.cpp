@@ -99,10 +99,11 @@ float densityAt(const Frame& frame, const float* densities, float u, float v)
 }
 
 /// What is added is decided here once for a kind of frame, not for each pixel.
-template <bool HasFog, bool HasDepth, bool HasNearest>
+template <bool HasFog, bool HasDepth, bool HasNearest, bool HasLamps>
 struct Splat {
     const Frame& frame;
     const shared::Stroke& stroke;
+    const glm::vec3* lamps;  // of the stroke
     BandSums& band;
 
     VIRGA_INLINE void deposit(int x, int y, float alpha, float depth) const
@@ -113,12 +114,12 @@ struct Splat {
         const std::uint32_t whole = steps(optical);
         if (whole == 0) return;
         const std::size_t pixel = std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x);
-        if constexpr (HasFog) {
-            band.sums[2 * pixel] += whole;
-            band.sums[2 * pixel + 1] += steps(optical * stroke.look.y);
-        } else {
-            band.sums[pixel] += whole;
-        }
+        constexpr std::size_t lampSums = HasFog ? 2 : 1, perPixel = lampSums + (HasLamps ? 3 : 0);
+        std::uint32_t* sums = band.sums.data() + perPixel * pixel;
+        sums[0] += whole;
+        if constexpr (HasFog) sums[1] += steps(optical * stroke.look.y);
+        if constexpr (HasLamps)
+            for (int k = 0; k < 3; ++k) sums[lampSums + std::size_t(k)] += std::uint32_t(optical * (*lamps)[k] + 0.5f);
         if constexpr (HasNearest) {
             float& nearest = band.nearestDepth[pixel];
             if (alpha < visibleInData || depth > nearest) return;
@@ -185,22 +186,33 @@ struct Splat {
     }
 };
 
-/// One copy of the loop for each kind of frame, and of each for AVX2: rounding is an instruction there, else a call.
-#define VIRGA_SPLAT_LOOP(name, HasFog, HasDepth, HasNearest)                                                  \
+/// One copy of the loop for each kind of frame, and of each one for AVX2: rounding is an instruction there, else a
+/// call.
+#define VIRGA_SPLAT_LOOP(name, HasFog, HasDepth, HasNearest, HasLamps)                                        \
     VIRGA_SIMD void name(const Frame& frame, const StrokeList& list, const std::vector<std::uint32_t>& which, \
                          BandSums& band)                                                                      \
     {                                                                                                         \
         for (const std::uint32_t number : which)                                                              \
-            Splat<HasFog, HasDepth, HasNearest>{frame, list.strokes[number], band}.all();                     \
+            Splat<HasFog, HasDepth, HasNearest, HasLamps>{frame, list.strokes[number],                        \
+                                                          HasLamps ? &list.lamps[number] : nullptr, band}     \
+                .all();                                                                                       \
     }
-VIRGA_SPLAT_LOOP(splatPlain, false, false, false)
-VIRGA_SPLAT_LOOP(splatBehindDepth, false, true, false)
-VIRGA_SPLAT_LOOP(splatInFog, true, false, false)
-VIRGA_SPLAT_LOOP(splatInFogBehindDepth, true, true, false)
-VIRGA_SPLAT_LOOP(splatNearest, false, false, true)
-VIRGA_SPLAT_LOOP(splatNearestBehindDepth, false, true, true)
-VIRGA_SPLAT_LOOP(splatNearestInFog, true, false, true)
-VIRGA_SPLAT_LOOP(splatNearestInFogBehindDepth, true, true, true)
+VIRGA_SPLAT_LOOP(splat0, false, false, false, false)
+VIRGA_SPLAT_LOOP(splat1, true, false, false, false)
+VIRGA_SPLAT_LOOP(splat2, false, true, false, false)
+VIRGA_SPLAT_LOOP(splat3, true, true, false, false)
+VIRGA_SPLAT_LOOP(splat4, false, false, true, false)
+VIRGA_SPLAT_LOOP(splat5, true, false, true, false)
+VIRGA_SPLAT_LOOP(splat6, false, true, true, false)
+VIRGA_SPLAT_LOOP(splat7, true, true, true, false)
+VIRGA_SPLAT_LOOP(splat8, false, false, false, true)
+VIRGA_SPLAT_LOOP(splat9, true, false, false, true)
+VIRGA_SPLAT_LOOP(splat10, false, true, false, true)
+VIRGA_SPLAT_LOOP(splat11, true, true, false, true)
+VIRGA_SPLAT_LOOP(splat12, false, false, true, true)
+VIRGA_SPLAT_LOOP(splat13, true, false, true, true)
+VIRGA_SPLAT_LOOP(splat14, false, true, true, true)
+VIRGA_SPLAT_LOOP(splat15, true, true, true, true)
 #undef VIRGA_SPLAT_LOOP
 
 }  // namespace
@@ -208,10 +220,11 @@ VIRGA_SPLAT_LOOP(splatNearestInFogBehindDepth, true, true, true)
 void splatStrokes(const Frame& frame, const StrokeList& list, std::size_t bandNumber, BandSums& band)
 {
     using Loop = void (*)(const Frame&, const StrokeList&, const std::vector<std::uint32_t>&, BandSums&);
-    constexpr Loop loops[8] = {splatPlain,   splatBehindDepth,        splatInFog,        splatInFogBehindDepth,
-                               splatNearest, splatNearestBehindDepth, splatNearestInFog, splatNearestInFogBehindDepth};
+    constexpr Loop loops[16] = {splat0, splat1, splat2,  splat3,  splat4,  splat5,  splat6,  splat7,
+                                splat8, splat9, splat10, splat11, splat12, splat13, splat14, splat15};
     const Features& f = frame.features;
-    loops[(f.nearest ? 4 : 0) + (f.fog ? 2 : 0) + (f.depth ? 1 : 0)](frame, list, list.ofBand[bandNumber], band);
+    loops[(f.fog ? 1 : 0) + (f.depth ? 2 : 0) + (f.nearest ? 4 : 0) + (f.lights ? 8 : 0)](
+        frame, list, list.ofBand[bandNumber], band);
 }
 
 }  // namespace virga::passes::cpu

@@ -76,7 +76,7 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
     f.nearest = f.layers && f.rain;
     add("layers", f.layers, f.layers ? "--layers" : wanted.layers ? "the beauty is the plate" : "no --layers");
     add("composite", f.anything(),
-        f.anything() ? "" : "every effect is off: the plate passes through and no GL is opened");
+        f.anything() ? "" : "every effect is off: the plate passes through");
     return plan;
 }
 

@@ -27,7 +27,7 @@ struct FramePlan {
     bool cameraMoves = false;  ///< the emit pass needs the camera twice
     std::vector<PlannedPass> passes;
 
-    /// Nothing to do: plates pass through and no GL is opened.
+    /// Nothing to do: plates pass through and no device is opened.
     bool isPassThrough() const { return !features.anything(); }
 };
 

@@ -129,7 +129,7 @@ public:
     std::string device() const override { return "processor, without OpenGL"; }
     void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { renderer_.setFogTable(opticalDepth); }
-    void setLamps(std::span<const shared::PointLight>) override {}  // not drawn here
+    void setLamps(std::span<const shared::PointLight> lamps) override { renderer_.setLamps(lamps); }
     void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
     {
         renderer_.setDropRadiance(radiance, lowPassBackground);
@@ -172,12 +172,11 @@ std::unique_ptr<gl::Context> openGpu()
 
 std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup)
 {
-    if (passes::CpuRenderer::draws(setup.features) && setup.shaderFolder.empty()) {
-        if (setup.device == "cpu") return std::make_unique<CpuPicture>(setup);
-        if (setup.device == "auto") {
-            if (auto gpu = openGpu()) return std::make_unique<ShaderPicture>(std::move(gpu), setup);
-            return std::make_unique<CpuPicture>(setup);
-        }
+    const bool byShaders = !setup.shaderFolder.empty();
+    if (setup.device == "cpu" && !byShaders) return std::make_unique<CpuPicture>(setup);
+    if (setup.device == "auto" && !byShaders) {
+        if (auto gpu = openGpu()) return std::make_unique<ShaderPicture>(std::move(gpu), setup);
+        return std::make_unique<CpuPicture>(setup);
     }
     return std::make_unique<ShaderPicture>(std::make_unique<gl::Context>(setup.device), setup);
 }

@@ -52,9 +52,8 @@ public:
                                 const glm::mat3& environmentFromWorld) = 0;
 };
 
-/// device "auto": a GPU if there is one, else the processor. "cpu": the processor; what it does not draw without OpenGL
-/// (passes::CpuRenderer::draws) Mesa's software renderer draws. "gpu" and numbers: that device, by OpenGL. Throws
-/// Error(Graphics) where OpenGL is needed and is not there.
+/// device "auto": a GPU if there is one, else the processor. "cpu": the processor. "gpu" and numbers: that device, by
+/// OpenGL; so do all where there is a shader folder. Throws Error(Graphics) where OpenGL is needed and is not there.
 std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup);
 
 }  // namespace virga::shot

@@ -1,4 +1,4 @@
-"""No effect, no change: with every effect off, what comes out is what went in, bit for bit, and no GL is opened."""
+"""No effect, no change: with every effect off, what comes out is what went in, bit for bit, and no device is opened."""
 import subprocess
 import unittest
 
