@@ -40,7 +40,8 @@ using lanes::sqrt;
 glm::vec3 transferAt(const std::vector<float>& table, float theta)
 {
     const auto entries = float(table.size() / 3);
-    const float at = std::clamp(theta * std::numbers::inv_pi_v<float> * entries - 0.5f, 0.0f, entries - 1);
+    const float place = theta * std::numbers::inv_pi_v<float> * entries - 0.5f;
+    const float at = place > 0 ? std::min(place, entries - 1) : 0;  // 0 for a drop in the lens, which has no direction
     const auto left = std::size_t(at), right = std::min(left + 1, table.size() / 3 - 1);
     const float t = at - float(left);
     glm::vec3 value;

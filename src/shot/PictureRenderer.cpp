@@ -124,6 +124,8 @@ class CpuPicture final : public PictureRenderer {
 public:
     explicit CpuPicture(const PictureSetup& setup) : renderer_(setup.width, setup.height, setup.features, setup.atlas)
     {
+        if (setup.features.lights) renderer_.setRingTransfer(ringTransferTable());
+        if (setup.features.colorTransfer) renderer_.setLut(setup.lut.rgb);
     }
 
     std::string device() const override { return "processor, without OpenGL"; }
