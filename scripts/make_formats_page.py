@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""docs/formats.md from what the tests of movies found:
+"""docs/formats.md from what the tests of movies and images found:
     scripts/make_formats_page.py [--virga build/test/bin/virga]
-Runs tests/cli/movie_in_test.py and movie_out_test.py, whose rows are equal to ffmpeg's decode or the tests fail."""
+Runs tests/cli/movie_in_test.py and movie_out_test.py, whose rows are equal to ffmpeg's decode or the tests fail, and
+images_test.py, whose rows are what a plate is after a rain that does nothing."""
 
 import argparse
 import json
@@ -14,7 +15,7 @@ from collections import defaultdict
 root = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 HEAD = """# Formats
 
-Made by `scripts/make_formats_page.py` from `tests/cli/movie_in_test.py` and `movie_out_test.py`, which make each clip with ffmpeg. Do not edit.
+Made by `scripts/make_formats_page.py` from `tests/cli/movie_in_test.py` and `movie_out_test.py`, which make each clip with ffmpeg, and `images_test.py`. Do not edit.
 
 ## Movies in
 
@@ -32,6 +33,21 @@ LOSSY = """
 ## Movies out, with loss
 
 Plays, with all its frames, in the size and pixel format shown.
+
+"""
+IMAGES = """
+## Images
+
+What comes back from a plate to which nothing is done. An EXR brings all of its file along into another EXR: other parts, views and
+layers, channels in their own types, windows, tiles, attributes of every type; `--layer` and `--view` say which picture is rained on.
+Other formats take the picture alone, and what is left out is named. Rain falls inside the display window; overscan stays as it is.
+
+- **Types**: in its own format each file is as the one that it came from, frame by frame: 8, 10, 12 or 16 bits, half or float, each channel
+  of an EXR for itself. Whole numbers of 32 bits are data: kept, and refused as the picture.
+- **Grey** stays grey where all of the result is (PNG, TIFF, JPEG, EXR); a frame with colour in it has three channels.
+- **Alpha** stands as the table says; TIFF keeps its own kind, and integers of other plates are straight there.
+- **Way up**: `Orientation` of TIFF and JPEG is applied, and written as 1.
+- **Frames that differ** from the first in size, colour space, alpha that it has not, or floats among integers are refused by name.
 
 """
 TAIL = """
@@ -62,6 +78,17 @@ def table(rows, direction):
     return "\n".join(lines) + "\n"
 
 
+def imageTable(rows):
+    found = defaultdict(set)
+    for row in rows:
+        if row["direction"] == "image":
+            found[row["format"], row["how"]].add(row["samples"])
+    lines = ["| format | samples | what comes back |", "|---|---|---|"]
+    for (name, how), samples in sorted(found.items()):
+        lines.append(f"| {name} | {'; '.join(sorted(samples))} | {how} |")
+    return "\n".join(lines) + "\n"
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--virga", default=f"{root}/build/test/bin/virga")
@@ -69,7 +96,7 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as work:
         found = f"{work}/rows.jsonl"
-        for test in ("movie_in_test.py", "movie_out_test.py"):
+        for test in ("movie_in_test.py", "movie_out_test.py", "images_test.py"):
             done = subprocess.run([sys.executable, "-B", f"{root}/tests/cli/{test}"], capture_output=True, text=True,
                                   env={**os.environ, "VIRGA": virga, "VIRGA_FORMATS_OUT": found})
             if done.returncode != 0:
@@ -81,7 +108,7 @@ def main():
         page.write(HEAD + table(rows, "in"))
         page.write(f"\nBT.601, 709 and 2020, limited and full range, 8, 10 and 16 bits: R'G'B' is the standards' formula to "
                    f"{max(row['max_error'] for row in matrices):.0e} ({len(matrices)} cases).\n")
-        page.write(OUT + table(rows, "through") + LOSSY + table(rows, "out") + TAIL)
+        page.write(OUT + table(rows, "through") + LOSSY + table(rows, "out") + IMAGES + imageTable(rows) + TAIL)
 
 
 if __name__ == "__main__":

@@ -229,7 +229,14 @@ ImageF readDataWindow(ImageInput& input, const ImageHeader& header, const std::s
 {
     const ImageSpec spec = input.spec();
     const int count = last - first, width = spec.width, height = spec.height;
-    if (header.format == "dpx") checkDpxSize(path);
+    if (header.format == "dpx") {
+        checkDpxSize(path);
+        if (spec.nchannels == 4 && header.bitDepth == 10 && width % 3 == 1)
+            throw Error(ErrorCode::Input,
+                        "{}: its rows of {} samples of 10 bits end inside a word, of which the last alpha is not read "
+                        "rightly; store it in 16 bits",
+                        path, 4 * width);
+    }
     if (header.format == "webp" && spec.nchannels == 4) {
         const auto codes = readWebpRgba(path, width, height);
         if (!codes) throw Error(ErrorCode::Input, "{}: is damaged or cut off", path);

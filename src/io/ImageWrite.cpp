@@ -151,8 +151,9 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
         const bool isLossless = image.compression.starts_with("lossless");
         const std::size_t colon = image.compression.find(':');
         const float quality = colon == std::string::npos ? 95.0f : std::stof(image.compression.substr(colon + 1));
-        writeWebpRgba(file.temporaryPath(), codes, width, height,
-                      isLossless ? std::nullopt : std::optional<float>(quality));
+        const std::string fault = writeWebpRgba(file.temporaryPath(), codes, width, height,
+                                                isLossless ? std::nullopt : std::optional<float>(quality));
+        if (!fault.empty()) throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, fault);
         file.commit();
         return tooLarge;
     }

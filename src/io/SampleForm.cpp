@@ -25,6 +25,8 @@ SampleForm sampleFormOf(const std::string& format, bool formatHasAlpha, const Pl
         form.samples = depth > 8 ? SampleType::UInt16 : SampleType::UInt8;
         if (format == "tiff" && (depth == 10 || depth == 12 || depth == 14)) form.bits = depth;
     }
+    // OpenImageIO (2.4) loses the last alpha of a row whose 10-bit samples leave one over for a word of its own.
+    if (format == "dpx" && form.bits == 10 && plate.hasAlpha && plate.width % 3 == 1) form.bits = 16;
     form.hasAlpha = plate.hasAlpha && formatHasAlpha && (extras == nullptr || !isSame || extras->hasAlpha);
     switch (alphaKindOf(format)) {
         case AlphaKind::Straight: form.isStraight = true; break;

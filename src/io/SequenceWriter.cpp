@@ -242,7 +242,7 @@ private:
 
     bool holdsGrey() const
     {
-        return format_ == "png" || format_ == "tiff" || format_ == "jpeg" || format_ == "openexr" || format_ == "dpx";
+        return format_ == "png" || format_ == "tiff" || format_ == "jpeg" || format_ == "openexr";
     }
 
     static bool isColourless(const ImageF& rgba)

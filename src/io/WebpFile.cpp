@@ -1,13 +1,12 @@
 #include "io/WebpFile.h"
 
+#include <fmt/format.h>
 #include <webp/decode.h>
 #include <webp/encode.h>
 
 #include <fstream>
 #include <iterator>
 #include <memory>
-
-#include "core/Error.h"
 
 namespace virga::io {
 
@@ -23,18 +22,19 @@ std::optional<std::vector<std::uint8_t>> readWebpRgba(const std::string& path, i
     return rgba;
 }
 
-void writeWebpRgba(const std::string& path, const std::vector<std::uint8_t>& rgba, int width, int height,
-                   std::optional<float> quality)
+std::string writeWebpRgba(const std::string& path, const std::vector<std::uint8_t>& rgba, int width, int height,
+                          std::optional<float> quality)
 {
     WebPConfig config;
     WebPPicture picture;
-    if (WebPConfigInit(&config) == 0 || WebPPictureInit(&picture) == 0)
-        throw Error(ErrorCode::Output, "{}: cannot be written (libwebp is of another version)", path);
+    if (WebPConfigInit(&config) == 0 || WebPPictureInit(&picture) == 0) return "libwebp is of another version";
     const std::unique_ptr<WebPPicture, decltype(&WebPPictureFree)> freePicture(&picture, WebPPictureFree);
     WebPMemoryWriter memory;
     WebPMemoryWriterInit(&memory);
     const std::unique_ptr<WebPMemoryWriter, decltype(&WebPMemoryWriterClear)> freeMemory(&memory,
                                                                                          WebPMemoryWriterClear);
+    if (width > WEBP_MAX_DIMENSION || height > WEBP_MAX_DIMENSION)
+        return fmt::format("{}x{} pixels; WebP has {} a side at most", width, height, WEBP_MAX_DIMENSION);
     config.quality = quality.value_or(75);
     config.method = 6;
     config.lossless = quality ? 0 : 1;
@@ -45,13 +45,11 @@ void writeWebpRgba(const std::string& path, const std::vector<std::uint8_t>& rgb
     picture.writer = WebPMemoryWrite;
     picture.custom_ptr = &memory;
     if (WebPPictureImportRGBA(&picture, rgba.data(), 4 * width) == 0 || WebPEncode(&config, &picture) == 0)
-        throw Error(ErrorCode::Output,
-                    "{}: cannot be written as WebP (libwebp's error {}; 16383 pixels a side are most)", path,
-                    int(picture.error_code));
+        return fmt::format("libwebp's error {}", int(picture.error_code));
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(memory.mem), std::streamsize(memory.size));
     file.close();
-    if (!file) throw Error(ErrorCode::Output, "{}: cannot be written", path);
+    return file ? "" : "it cannot be written to";
 }
 
 }  // namespace virga::io

@@ -13,8 +13,9 @@ namespace virga::io {
 /// Straight R G B A codes, rows from the top; nothing if the file cannot be decoded to these sizes.
 std::optional<std::vector<std::uint8_t>> readWebpRgba(const std::string& path, int width, int height);
 
-/// quality: 0 to 100; nothing: without loss. The colours under alpha 0 stay. Throws Error(Output) naming the file.
-void writeWebpRgba(const std::string& path, const std::vector<std::uint8_t>& rgba, int width, int height,
-                   std::optional<float> quality);
+/// quality: 0 to 100; nothing: without loss. The colours under alpha 0 stay. Returns why it could not be written, empty
+/// if it was.
+[[nodiscard]] std::string writeWebpRgba(const std::string& path, const std::vector<std::uint8_t>& rgba, int width,
+                                        int height, std::optional<float> quality);
 
 }  // namespace virga::io
