@@ -193,6 +193,7 @@ Runner addExtractCommand(CLI::App& app, CLI::App*& command)
     add("--stream", job.stream, "which of a movie's video streams, counted from 0 (virga info FOOTAGE lists them)",
         "N");
     add("--layer", job.layer, "layer of EXR footage: diffuse for diffuse.R, .G and .B", "NAME");
+    add("--view", job.view, "view of stereo EXR footage: right", "NAME");
     flag("--deinterlace", job.deinterlace, "make frames of interlaced pictures");
     add("--on-error", job.onError, "what to do with a frame that cannot be read (default stop)", "stop|skip|hold");
     group = "Model";

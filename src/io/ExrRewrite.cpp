@@ -1,5 +1,6 @@
 #include "io/ExrRewrite.h"
 
+#include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfChromaticitiesAttribute.h>
 #include <OpenEXR/ImfDeepScanLineInputPart.h>
@@ -313,6 +314,8 @@ std::size_t rewriteExr(const std::string& from, const std::string& to, const Exr
     std::size_t held = 0;
     try {
         held = rewrite->write(file.temporaryPath());
+    } catch (const Iex::InputExc& error) {
+        throw Error(ErrorCode::Input, "{}: is damaged or cut off ({})", from, error.what());
     } catch (const std::exception& error) {
         if (dynamic_cast<const Error*>(&error) != nullptr) throw;
         throw Error(ErrorCode::Output, "{}: cannot be written from {} ({})", to, from, error.what());

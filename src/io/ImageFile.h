@@ -46,7 +46,8 @@ ImageHeader readImageHeader(const std::string& path);
 /// Of the picture that readCodedRgba would give. Throws Error(Input) as it does.
 ImageHeader readPictureHeader(const std::string& path, const PictureChoice& choice = {});
 
-/// All channels of the first part in the order of the file, placed in the display window, upright; 0 where the data
+/// All channels in the order of the file, of an EXR those of all its flat parts, "part.Z" where several have a Z;
+/// placed in the display window, upright; 0 where the data
 /// window does not reach, and what lies outside the display window (overscan) is left out. Half and float are as in the
 /// file, bit for bit. Integers are 0..1 if `normalize`, else the numbers that they are, of their own bits (10-bit DPX:
 /// 0 to 1023; above 2^24 to the nearest float). Throws Error(Input) naming the file.

@@ -322,6 +322,18 @@ ImageF shownOf(ImageF data, const ImageHeader& header)
     return upright;
 }
 
+/// The channels of both.
+ImageF beside(const ImageF& a, const ImageF& b)
+{
+    ImageF both(a.width(), a.height(), a.channels() + b.channels());
+    for (int y = 0; y < a.height(); ++y)
+        for (int x = 0; x < a.width(); ++x) {
+            std::copy_n(a.pixel(x, y), a.channels(), both.pixel(x, y));
+            std::copy_n(b.pixel(x, y), b.channels(), both.pixel(x, y) + a.channels());
+        }
+    return both;
+}
+
 PartChannels channelsOf(const ImageSpec& spec)
 {
     PartChannels part;
@@ -419,7 +431,22 @@ ImageF readAllChannels(const std::string& path, ImageHeader& header, bool normal
         header = headerOf(*input, path);
         if (input->spec().deep)
             throw Error(ErrorCode::Input, "{}: is a deep image, which cannot be read; flatten it first", path);
-        return shownOf(readDataWindow(*input, header, path, 0, input->spec().nchannels, normalize), header);
+        ImageF all = shownOf(readDataWindow(*input, header, path, 0, input->spec().nchannels, normalize), header);
+        for (int i = 1; header.format == "openexr" && input->seek_subimage(i, 0); ++i) {
+            const ImageSpec part = input->spec();
+            if (part.deep) continue;
+            const ImageHeader own = headerOf(*input, path);
+            if (own.width != header.width || own.height != header.height) continue;
+            all = beside(all, shownOf(readDataWindow(*input, own, path, 0, part.nchannels, normalize), own));
+            for (const std::string& name : own.channelNames) {
+                const bool isTaken = std::ranges::find(header.channelNames, name) != header.channelNames.end();
+                header.channelNames.push_back(
+                    isTaken ? part.get_string_attribute("oiio:subimagename").str() + "." + name : name);
+            }
+            header.isFloat = header.isFloat || own.isFloat;
+            header.bitDepth = std::max(header.bitDepth, own.bitDepth);
+        }
+        return all;
     });
 }
 

@@ -62,6 +62,31 @@ bool isMovieOutput(const std::string& path, const WriteOptions& options)
     return isMovieName(path) || (!options.movie.container.empty() && !isFramePattern(path));
 }
 
+/// A movie of images, which is made for the depth of the first one.
+class MovieOfImages final : public PlateWriter {
+public:
+    MovieOfImages(std::unique_ptr<PlateWriter> movie, std::string path, int bitDepth)
+        : movie_(std::move(movie)), path_(std::move(path)), bitDepth_(bitDepth)
+    {
+    }
+
+    void write(RenderedFrame frame) override
+    {
+        if (frame.extras && frame.extras->bitDepth > bitDepth_)
+            throw Error(ErrorCode::Input,
+                        "frame {} has {} bits a channel, but {} is made for the {} of the first one; write images, or "
+                        "bring all frames to one depth",
+                        frame.number, frame.extras->bitDepth, path_, bitDepth_);
+        movie_->write(std::move(frame));
+    }
+    void finish() override { movie_->finish(); }
+
+private:
+    std::unique_ptr<PlateWriter> movie_;
+    std::string path_;
+    int bitDepth_;
+};
+
 }  // namespace
 
 const char* scanWords(Scan scan)
@@ -100,7 +125,11 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
     } else if (info.hasOverscan) {
         log::warning("{}: rain falls inside the plate's display window; the overscan beyond it stays as it is", path);
     }
-    if (isMovie) return createMovieWriter(path, info, originOf(plate), options);
+    if (isMovie) {
+        auto movie = createMovieWriter(path, info, originOf(plate), options);
+        if (info.isMovie) return movie;
+        return std::make_unique<MovieOfImages>(std::move(movie), path, info.bitDepth);
+    }
     auto writer = createSequenceWriter(path, info, originOf(plate), options);
     sweepLeftovers(path);
     return writer;

@@ -108,6 +108,7 @@ ExtractFootage::ExtractFootage(const ExtractJobOptions& options)
     read.stack = options.stack;
     read.stream = options.stream;
     read.layer = options.layer;
+    read.view = options.view;
     read.deinterlace = options.deinterlace;
     reader_ = io::openPlate(options.footage, read);
     frames_ = chooseFrames(options.frames, reader_->info(), read.onError);

@@ -22,7 +22,7 @@ struct ExtractJobOptions {
     std::string ocio;
     std::optional<double> fps;
     std::optional<int> stream;  ///< of a movie, which of its video streams; nothing: the default one
-    std::string layer;          ///< of an EXR
+    std::string layer, view;    ///< of an EXR
     bool deinterlace = false;
     std::string onError = "stop";  ///< stop, skip, hold
 

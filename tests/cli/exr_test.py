@@ -140,6 +140,27 @@ class Parts(ExrTest):
         run = self.succeeds("rain", "stereo.exr", "-o", "out.mkv", *OFF)
         self.assertIn("left out of it are part rgb.right", run.err)
 
+    def test_damageInAnotherPartIsNamed(self):
+        """The picture is whole, what comes along is not: neither silently dropped nor half written."""
+        write(self.folder / "cut.exr",
+              (spec(48, 32, ["R", "G", "B"], "half", oiio__subimagename="rgb"), self.rgba[..., :3]),
+              (spec(48, 32, ["Z"], "float", oiio__subimagename="z", compression="none"), noise(48, 32, 1)))
+        data = (self.folder / "cut.exr").read_bytes()
+        (self.folder / "cut.exr").write_bytes(data[:-2000])
+        for arguments in (OFF, RAIN):
+            self.refused(3, ["cut.exr"], "rain", "--quiet", "cut.exr", "-o", "x.exr", *arguments)
+
+    def test_depthOutOfAnotherPart(self):
+        """The plate is the first part, its depth the second."""
+        foggy = ["--rate", "80", "--fog", "0.02", "--darken", "0", "--desaturate", "0", "--splashes", "0", "--depth"]
+        write(self.folder / "both.exr",
+              (spec(48, 32, ["R", "G", "B"], "half", oiio__subimagename="rgb"), self.rgba[..., :3]),
+              (spec(48, 32, ["Z"], "float", oiio__subimagename="z"), np.full((32, 48, 1), 20)))
+        write(self.folder / "flat.exr", (spec(48, 32, ["Z"], "float"), np.full((32, 48, 1), 20)))
+        a = self.through(*foggy, "both.exr", name="both.exr")[0][0][1]
+        b = self.through(*foggy, "flat.exr", name="both.exr")[0][0][1]
+        np.testing.assert_array_equal(a, b)
+
     def test_layersGoBesideTheParts(self):
         before = read(self.folder / "parts.exr")
         after, _ = self.through(*RAIN, "--layers", name="parts.exr")

@@ -317,6 +317,14 @@ class Differing(CliTest):
                 for word in [f"s.0002.{extension}", *words]:
                     self.assertIn(word, run.err)
 
+    def test_aMovieIsMadeForTheFirstDepth(self):
+        self.frames("png", (codes(8, 3), "uint8", {}), (codes(16, 3), "uint16", {}))
+        run = self.virga("rain", "--quiet", "s.%04d.png", "-o", "o.mkv", *OFF)
+        self.assertEqual(run.code, 3, run)
+        for word in ("frame 2 has 16 bits", "o.mkv", "8 of the first"):
+            self.assertIn(word, run.err)
+        self.assertFalse((self.folder / "o.mkv").exists())
+
     def test_colourIsTheUsersWord(self):
         half = np.full((8, 8, 3), 0.5, np.float16)
         self.frames("exr", (half, "half", {}), (half, "half", {"colorInteropID": "lin_ap1_scene"}))
