@@ -26,7 +26,9 @@ OUT = """
 ## Movies through, without loss
 
 The plate's codes come back bit for bit, in both ranges for YCbCr, with the codes outside of the legal range among them. Where nothing is done to any
-frame and no other form is asked for, the packets themselves are copied, in all containers that hold the codec.
+frame and no other form is asked for, the packets themselves are copied, into containers of the plate's kind: all of them, or with `--frames` a run that
+needs none outside of it (from the start of a closed group of pictures, or any where every picture stands alone). Sound, chapters and timecode are cut
+with it. `not_copied_because` in the report says why one was encoded all the same.
 
 """
 LOSSY = """

@@ -55,6 +55,12 @@ struct FrameTime {
     std::int64_t start = 0, duration = 0;
 };
 
+/// How one frame of a movie lies among the others in the file.
+struct FrameCoding {
+    std::size_t order = 0;  ///< of decoding, counted from 0
+    bool isKey = false;     ///< the container says that decoding can begin here
+};
+
 /// What a movie's writer wants to know of the movie that the plate came from. Enumerators are FFmpeg's, as int.
 struct MovieOrigin {
     std::string path;  ///< can be opened; of a pipe, the file that it was spooled into
@@ -63,6 +69,7 @@ struct MovieOrigin {
     bool isVariableRate = false;
     FrameNumber firstFrame = 0;       ///< number of times[0]
     std::vector<FrameTime> times;     ///< in order of showing
+    std::vector<FrameCoding> coded;   ///< of the same frames
     std::int64_t containerStart = 0;  ///< where the earliest of its streams begins, at least 0
     bool keepsTime = true;            ///< false if the user set another rate: the file's own times do not hold
     int codecId = 0, profile = 0, pixelFormat = 0;

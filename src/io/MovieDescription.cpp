@@ -151,6 +151,7 @@ void listTimes(const PictureIndex& index, double nominalStep, MovieDescription& 
         FrameTime time{pictures[i].time, pictures[i].duration};
         if (index.countsPictures) time = {std::llround(double(i) * nominalStep), std::llround(nominalStep)};
         origin.times.push_back(time);
+        origin.coded.push_back({pictures[i].order, pictures[i].isKey});
     }
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         FrameTime& time = origin.times[i];

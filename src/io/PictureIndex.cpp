@@ -91,6 +91,7 @@ PictureIndex listPictures(MovieInput& input)
         picture.decodeTime = packet->dts;
         picture.time = packet->pts != AV_NOPTS_VALUE || mayReorder ? packet->pts : packet->dts;
         picture.duration = packet->duration;
+        picture.order = pictures.size();
         picture.isKey = (packet->flags & AV_PKT_FLAG_KEY) != 0;
         picture.isDamaged = (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
         index.isPlain = index.isPlain && !picture.isDamaged;

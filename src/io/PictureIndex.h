@@ -13,6 +13,7 @@ struct Picture {
     std::int64_t time = 0;        ///< presentation, in the stream's time base; a count if the index countsPictures
     std::int64_t decodeTime = 0;  ///< AV_NOPTS_VALUE if the container has none
     std::int64_t duration = 0;
+    std::size_t order = 0;  ///< of decoding, counted from 0
     bool isKey = false;
     bool isDamaged = false;  ///< the packet is cut off or known to be wrong
 };

@@ -144,14 +144,17 @@ void checkPlateWriter(const std::string& path, const PlateReader& plate, const W
         createSequenceWriter(path, plate.info(), originOf(plate), options);
 }
 
-MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::string& container,
-                          const std::function<bool(std::size_t)>& goesOn)
+MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::vector<FrameNumber>& frames,
+                          const std::string& container, const std::function<bool(std::size_t)>& goesOn)
 {
     checkNames(path, plate.info(), {});
     const MovieOrigin* origin = originOf(plate);
     if (origin == nullptr || !origin->keepsTime) return {"the plate's time stamps do not hold"};
+    const std::vector<FrameNumber>& all = plate.info().frames;
+    if (frames.empty() || frames.front() < all.front() || frames.back() > all.back())
+        return {"not all of the frames are there"};
     if (!origin->isPlain) return {"not every packet of it is a frame that is whole and shown at its own time"};
-    return copyMoviePackets(path, *origin, container, goesOn);
+    return copyMoviePackets(path, *origin, frames, container, goesOn);
 }
 
 std::shared_ptr<const ColorTransform> describeColor(PlateInfo& info, const ReadOptions& options,

@@ -178,14 +178,15 @@ void checkPlateWriter(const std::string& path, const PlateReader& plate, const W
 
 struct MovieCopyResult {
     std::string obstacle;    ///< why nothing was copied, and no file made; empty if it was
-    std::size_t frames = 0;  ///< copied, from the first one on
+    std::size_t frames = 0;  ///< copied, from the first one asked for on
 };
-/// A movie that nobody touches: all packets of the plate's movie into another file of the same container, unchanged,
-/// with what createPlateWriter's would hold beside the pictures. Nothing is decoded: damage goes along, as does the
-/// display matrix of a plate that is turned to be shown. goesOn(frames copied) is asked before each group of pictures;
-/// false ends the movie there. Throws Error(Output) as createPlateWriter does.
-MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::string& container,
-                          const std::function<bool(std::size_t copied)>& goesOn);
+/// Frames that nobody touches: the packets of the plate's movie into another file of the same container, unchanged,
+/// with what createPlateWriter's would hold beside the pictures. `frames`: consecutive and ascending; less than all of
+/// them only if they can be cut out exactly (CopyRange.h). Nothing is decoded: damage goes along, as does the display
+/// matrix of a plate that is turned to be shown. goesOn(frames copied) is asked before each group of pictures; false
+/// ends the movie there. Throws Error(Output) as createPlateWriter does.
+MovieCopyResult copyMovie(const std::string& path, const PlateReader& plate, const std::vector<FrameNumber>& frames,
+                          const std::string& container, const std::function<bool(std::size_t copied)>& goesOn);
 
 /// An image file as it is: all channels, no colour conversion. For depth ("Z"), mattes, panoramas' raw values.
 struct RawImage {

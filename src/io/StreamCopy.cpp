@@ -112,6 +112,15 @@ struct StreamCopy::State {
         return av_compare_ts(timeOf(packet) + packet.duration / 2, packet.time_base, cut, videoTimeBase) < 0;
     }
 
+    /// Later than any packet that is stored beside what ends at `end`.
+    bool isLongAfter(const AVPacket& packet, std::int64_t end) const
+    {
+        const std::int64_t stored = packet.dts != AV_NOPTS_VALUE ? packet.dts : packet.pts;
+        constexpr AVRational aside{10, 1};  // 10 s; containers interleave within one
+        return av_compare_ts(stored - av_rescale_q(1, aside, packet.time_base), packet.time_base, end, videoTimeBase) >
+               0;
+    }
+
     /// Before the cut, and not needed by what is after it.
     bool isCutOff(const AVPacket& packet) const
     {
@@ -259,6 +268,8 @@ void StreamCopy::copyWithPictures(std::optional<std::int64_t> end, const std::fu
                 if ((packet.flags & AV_PKT_FLAG_KEY) != 0 && !goesOn()) return;
                 s.write(packet);
                 wrote(time);
+            } else if (end && s.isLongAfter(packet, *end)) {
+                return;
             }
         } else if (!end || s.isBefore(packet, *end)) {
             s.write(packet);

@@ -22,7 +22,8 @@ void checkMovieWriter(const std::string& path, const PlateInfo& plate, const Mov
                       const WriteOptions& options);
 
 /// copyMovie, whose names have been checked.
-MovieCopyResult copyMoviePackets(const std::string& path, const MovieOrigin& origin, const std::string& container,
+MovieCopyResult copyMoviePackets(const std::string& path, const MovieOrigin& origin,
+                                 const std::vector<FrameNumber>& frames, const std::string& container,
                                  const std::function<bool(std::size_t copied)>& goesOn);
 
 /// The space that pictures go out in if nobody asked for one: the plate's own where the file can hold it; its linear

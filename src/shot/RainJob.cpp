@@ -25,14 +25,20 @@
 namespace virga::shot {
 namespace {
 
-/// Whether the result is the plate, in the same codec: nothing is done to any frame, and nobody asks for another form.
+bool isRun(const std::vector<FrameNumber>& frames)
+{
+    return std::adjacent_find(frames.begin(), frames.end(), [](auto a, auto b) { return b != a + 1; }) == frames.end();
+}
+
+/// Whether the result is a run of the plate's frames in the same codec: nothing is done to any of them, and nobody asks
+/// for another form.
 bool isThePlate(const Settings& s, const RainJobOptions& options, const io::PlateInfo& plate,
                 const std::vector<FrameNumber>& frames)
 {
     const bool asksForForm = !s.codec.empty() || s.quality || !s.pixelFormat.empty() || !s.profile.empty() ||
                              !s.preset.empty() || !s.codecOptions.empty() || !s.outputColorspace.empty() || s.fps ||
                              s.reencode || plate.isDeinterlaced || options.layers || !options.preview.empty();
-    return plate.isMovie && io::isMovieName(options.output) && !asksForForm && frames == plate.frames &&
+    return plate.isMovie && io::isMovieName(options.output) && !asksForForm && isRun(frames) &&
            planFrame(s, {}, false).isPassThrough();
 }
 
@@ -88,13 +94,14 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
                     "{}: is one image, but there are {} frames; name a pattern such as shot.%04d.exr", options.output,
                     frames.size());
     refuseWritingOverInputs(settings, options, frames);
+    std::string copyObstacle;
     if (isThePlate(settings, options, plate, frames)) {
         const Timer clock;
         Progress state;
         state.total = frames.size();
         bool goesOn = true;
         const auto [obstacle, copied] =
-            io::copyMovie(options.output, *reader, settings.container, [&](std::size_t count) {
+            io::copyMovie(options.output, *reader, frames, settings.container, [&](std::size_t count) {
                 state.done = count;
                 state.frame = frames[count - 1];
                 state.seconds = clock.seconds();
@@ -112,6 +119,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
             return report;
         }
         log::detail("{}: the pictures are encoded anew: {}", options.output, obstacle);
+        copyObstacle = obstacle;
     }
     if (options.reference && options.resume)
         throw Error(ErrorCode::InvalidArgument, "--reference and --resume exclude each other: every frame is made");
@@ -121,6 +129,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     if (!options.reference) writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
     const auto writer = io::createPlateWriter(options.output, *reader, writeOptions);
     RainReport report;
+    report.copyObstacle = copyObstacle;
     if (options.resume) {
         const std::size_t all = frames.size();
         frames = framesLeft(options.output, frames, fingerprints);
@@ -266,6 +275,7 @@ std::string reportJson(const RainReport& report, const Settings& settings)
           {"frames", report.repairedFrames}}},
         {"stopped", report.stopped},
         {"stream_copied", report.isStreamCopy},
+        {"not_copied_because", report.copyObstacle.empty() ? json() : json(report.copyObstacle)},
         {"kept_frames", report.keptFrames},
         {"settings", settingsJson},
     };

@@ -44,6 +44,7 @@ struct RainReport {
     bool stopped = false;                     ///< by the user, after the frames listed
     std::size_t keptFrames = 0;               ///< by RainJobOptions::resume
     bool isStreamCopy = false;                ///< the plate's own packets, not encoded anew
+    std::string copyObstacle;                 ///< why frames that nobody touches were encoded all the same; else empty
 };
 
 /// Runs the job. progress is called after each frame on this thread; Stop finishes the file so that it plays.

@@ -225,7 +225,7 @@ class Beside(CliTest):
         self.rain("vfr.mkv", "-o", "out.y4m", *OFF, "--fps", "25")
 
     def test_copiedOnlyIfNothingElseIsAsked(self):
-        for flags in (["--codec", "ffv1"], ["--quality", "20"], ["--frames", "0-10"], ["--fps", "30"], ["--preview", "p.png"],
+        for flags in (["--codec", "ffv1"], ["--quality", "20"], ["--frames", "0-10x2"], ["--fps", "30"], ["--preview", "p.png"],
                       ["--output-colorspace", "Rec.2020"], ["--pixel-format", "yuv422p"], ["--reencode"]):
             with self.subTest(flags=flags):
                 self.assertFalse(self.rain("plate.mkv", "-o", "out.mkv", *OFF, *flags)["stream_copied"])
