@@ -3,9 +3,12 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "Command.h"
 #include "InfoColor.h"
+#include "InfoPlate.h"
 #include "gl/Context.h"
 #include "io/Versions.h"
 #include "shot/Parameters.h"
@@ -17,6 +20,7 @@ struct InfoArguments {
     CommonFlags common;
     bool parameters = false, colorspaces = false;
     std::string file, ocio;
+    std::optional<int> stream;
 };
 
 int info(const InfoArguments& arguments)
@@ -37,7 +41,7 @@ int info(const InfoArguments& arguments)
         return print(report, colorText(report));
     }
     if (!arguments.file.empty()) {
-        const nlohmann::json report = plateReport(arguments.file, arguments.ocio);
+        const nlohmann::json report = plateReport(arguments.file, arguments.ocio, arguments.stream);
         return print(report, plateText(report));
     }
     const auto devices = gl::listDevices();
@@ -72,6 +76,9 @@ Runner addInfoCommand(CLI::App& app, CLI::App*& command)
     command = app.add_subcommand("info", "GL devices, library versions; what a plate is; colour spaces");
     const auto arguments = std::make_shared<InfoArguments>();
     command->add_option("PLATE", arguments->file, "a movie, an image, or a pattern: what its header says");
+    command->add_option("--stream", arguments->stream, "which of the movie's video streams, counted from 0")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1000));
     command->add_flag("--colorspaces", arguments->colorspaces, "names that --colorspace understands, and roles");
     addOcioFlag(*command, arguments->ocio, "OPTIONS");
     command->add_flag("--parameters", arguments->parameters, "print docs/parameters.md");

@@ -112,6 +112,9 @@ public:
     virtual const FrameSource& source() const = 0;
 };
 
+/// Where the reader's frames come from, if that is a movie; else null.
+const MovieOrigin* originOf(const PlateReader& plate);
+
 /// Adds reading ahead on threads and the OnError policy to a source.
 std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, OnError onError);
 

@@ -51,12 +51,6 @@ void checkNames(const std::string& path, const PlateInfo& plate, const WriteOpti
     if (!options.outputColorspace.empty()) plate.colors->resolve(options.outputColorspace);
 }
 
-const MovieOrigin* originOf(const PlateReader& plate)
-{
-    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
-    return reader != nullptr ? reader->source().movie() : nullptr;
-}
-
 bool isMovieOutput(const std::string& path, const WriteOptions& options)
 {
     return isMovieName(path) || (!options.movie.container.empty() && !isFramePattern(path));
@@ -88,6 +82,12 @@ private:
 };
 
 }  // namespace
+
+const MovieOrigin* originOf(const PlateReader& plate)
+{
+    const auto* reader = dynamic_cast<const SourcedReader*>(&plate);
+    return reader != nullptr ? reader->source().movie() : nullptr;
+}
 
 const char* scanWords(Scan scan)
 {
