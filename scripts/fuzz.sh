@@ -29,7 +29,9 @@ for target in "${targets[@]}"; do
     corpus=$build/corpus/$target
     "$build/bin/virga_fuzz" "$target" --seeds "$corpus"
     echo "$target: $seconds s from $(find "$corpus" -type f | wc -l) inputs" >&2
-    if ! "$build/bin/virga_fuzz" "$target" "$corpus" -dict="$corpus.dict" -max_total_time="$seconds" -max_len=4096 \
+    dictionary=()
+    [[ ! -s $corpus.dict ]] || dictionary=(-dict="$corpus.dict")
+    if ! "$build/bin/virga_fuzz" "$target" "$corpus" "${dictionary[@]}" -max_total_time="$seconds" -max_len=4096 \
         -timeout=10 -rss_limit_mb=2048 -seed="${VIRGA_FUZZ_SEED:-1}" -print_final_stats=1 -verbosity=0 \
         -artifact_prefix="$build/broken/$target-" 2> "$build/$target.log"; then
         grep -vE '^(INFO|#[0-9]|Dictionary)' "$build/$target.log" >&2

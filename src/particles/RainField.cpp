@@ -66,7 +66,8 @@ double halfTurn(const glm::dmat3& a, const glm::dmat3& b)
     return std::sqrt(std::max(0.0, 0.25 * (3 - trace)));
 }
 
-constexpr const char* whatHelps = "lower --far, --speed or --wind, raise --threshold, or shorten the exposure";
+constexpr const char* whatHelps =
+    "lower --far, --speed or --wind, raise --threshold or --fstop, or shorten the exposure";
 
 /// Adds the cells of a box, in cells, to those that all classes look at. Throws Error(InvalidArgument).
 void refuseExcess(const glm::dvec3& low, const glm::dvec3& high, std::atomic<double>& lookedAt)

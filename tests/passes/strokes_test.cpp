@@ -280,6 +280,25 @@ TEST_F(Strokes, BlendAsIndependentVeils)
     EXPECT_GT(most, 0.3);
 }
 
+// The sums are in fixed point: however many strokes lie on a pixel and however opaque, they do not wrap around.
+TEST_F(Strokes, TenThousandOnOnePixelHideItAndNoMore)
+{
+    Picture picture(48, 48, {.rain = true, .layers = true}, 0);
+    for (const float opacity : {0.01f, 1.0f, 100.0f}) {
+        picture.constants.range.w = opacity;
+        double before = 0;
+        for (const int count : {1, 100, 10'000, 100'000}) {
+            const ImageF alpha =
+                picture.rainAlpha(std::vector<Wanted>(std::size_t(count), Wanted{{24.5, 8}, {24.5, 40}, 9}));
+            const double now = alpha.at(24, 24);
+            EXPECT_GE(now, before) << count << " strokes of opacity " << opacity;
+            before = now;
+            for (const float value : alpha.values()) ASSERT_TRUE(value >= 0 && value <= 1) << value;
+        }
+        EXPECT_GT(before, 0.999) << opacity;
+    }
+}
+
 TEST_F(Strokes, NoDropsNoRain)
 {
     Picture picture(32, 32, {.rain = true, .layers = true});
