@@ -1,6 +1,7 @@
 #include "shot/Compositor.h"
 
 #include <cmath>
+#include <limits>
 
 #include "core/Parallel.h"
 #include "core/Timer.h"
@@ -87,7 +88,8 @@ void Compositor::Impl::setFog(const particles::Exposure& exposure)
     parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t i = first; i < last; ++i) {
             const double place = double(i) / (shared::fogTableSize - 1);
-            const double depth = place < 1 ? fogTableScale * place / (1 - place) : settings.far_m;
+            const double depth =
+                place < 1 ? fogTableScale * place / (1 - place) : std::numeric_limits<double>::infinity();
             table[std::size_t(i)] = float(fogOpticalDepth(depth, exposure));
         }
     });
