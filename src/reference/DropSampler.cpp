@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "core/Parallel.h"
 #include "optics/DropOscillation.h"
 #include "particles/CellHash.h"
 
@@ -13,20 +14,24 @@ namespace virga::reference {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr int clearSteps = 8192;
+constexpr int clearSteps = 2048;
 /// A stroke at least so opaque takes all its samples.
 constexpr double plain = 0.01;
 
-/// Number `n` of a sequence that fills the 5-D unit cube evenly; shift: 64 random bits.
-std::array<double, 5> latticePoint(std::uint64_t n, std::uint64_t shift)
+/// Point `n` of `count` that fill the unit cube evenly: one coordinate in equal steps, `others` (1 to 4) by powers of a
+/// generalised golden ratio. shift: 64 random bits.
+std::array<double, 5> latticePoint(std::uint64_t n, std::uint64_t count, int others, std::uint64_t shift)
 {
-    constexpr double g = 1.1347241384015194;  // g^6 = g + 1
-    std::array<double, 5> point;
-    double step = 1;
-    for (std::size_t i = 0; i < point.size(); ++i) {
-        step /= g;
-        const double x = particles::unitDouble(particles::mix(shift + i)) + double(n) * step;
-        point[i] = x - std::floor(x);
+    // Of each number of coordinates d the root of g^(d+1) = g + 1.
+    constexpr double ratios[] = {1.6180339887498949, 1.3247179572447460, 1.2207440846057596, 1.1673039782614187};
+    const double step = 1 / ratios[others - 1];
+    std::array<double, 5> point{};
+    double place = double(n) / double(count), way = 1;
+    for (int i = 0; i <= others; ++i) {
+        const double x = particles::unitDouble(particles::mix(shift + std::uint64_t(i))) + place;
+        point[std::size_t(i)] = x - std::floor(x);
+        way *= step;
+        place = double(n) * way;
     }
     return point;
 }
@@ -49,32 +54,42 @@ DropPath::Moment momentAt(const DropPath& path, double t)
 
 }  // namespace
 
-DropSampler::DropSampler(const Scene& scene, ConstImageViewF depth) : scene_(scene), depth_(depth)
+SamplerTables::SamplerTables(const Scene& scene)
 {
-    const camera::Projection& picture = scene.exposure.projection;
-    sums_.resize(std::size_t(picture.width) * std::size_t(picture.height));
     if (const matte::StrokeAtlas* atlas = scene.rain.atlas) {
         for (int n = 0; n < atlas->count(); ++n) {
             double sum = 0;
             for (int y = 0; y < atlas->height; ++y)
                 for (int x = 0; x < atlas->width; ++x) sum += double(atlas->layer(n).at(x, y));
-            layerMeans_.push_back(sum / (double(atlas->width) * atlas->height));
+            layerMeans.push_back(sum / (double(atlas->width) * atlas->height));
         }
     }
-    if (scene.air.opticalDepth)
-        for (int i = 0; i <= clearSteps; ++i)
-            clear_.push_back(std::exp(-scene.air.opticalDepth(scene.rain.visibility.far_m * i / clearSteps)));
+    if (scene.air.opticalDepth) {
+        clear.resize(clearSteps + 1);
+        parallelFor(0, clearSteps + 1, 32, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+            for (std::ptrdiff_t i = first; i < last; ++i)
+                clear[std::size_t(i)] =
+                    std::exp(-scene.air.opticalDepth(scene.rain.visibility.far_m * double(i) / clearSteps));
+        });
+    }
     if (!scene.lamps.empty())
         for (std::size_t c = 0; c < 3; ++c)
-            transfer_[c].emplace(optics::DropTransferOptions{.index = optics::waterIndex[c]});
+            transfer[c].emplace(optics::DropTransferOptions{.index = optics::waterIndex[c]});
+}
+
+DropSampler::DropSampler(const Scene& scene, const SamplerTables& tables, ConstImageViewF depth)
+    : scene_(scene), tables_(tables), depth_(depth)
+{
+    const camera::Projection& picture = scene.exposure.projection;
+    sums_.resize(std::size_t(picture.width) * std::size_t(picture.height));
 }
 
 double DropSampler::clearTo(double depth) const
 {
-    if (clear_.empty()) return 1;
+    if (tables_.clear.empty()) return 1;
     const double place = std::clamp(depth / scene_.rain.visibility.far_m, 0.0, 1.0) * clearSteps;
     const auto i = std::min(std::size_t(place), std::size_t(clearSteps - 1));
-    return glm::mix(clear_[i], clear_[i + 1], place - double(i));
+    return glm::mix(tables_.clear[i], tables_.clear[i + 1], place - double(i));
 }
 
 glm::dvec3 DropSampler::lampsIn(const DropPath::Moment& moment, double share) const
@@ -91,7 +106,7 @@ glm::dvec3 DropSampler::lampsIn(const DropPath::Moment& moment, double share) co
         const double halfWidth = std::max(std::asin(std::min(1.0, lamp.radius_m / distance)), leastHalfWidth);
         const double arrives = std::exp(-scene_.air.lampExtinction_1_m * distance) / (distance * distance);
         for (int c = 0; c < 3; ++c)
-            sum[c] += transfer_[std::size_t(c)]->mean(theta, halfWidth) * lamp.intensity[c] * arrives;
+            sum[c] += tables_.transfer[std::size_t(c)]->mean(theta, halfWidth) * lamp.intensity[c] * arrives;
     }
     return sum;
 }
@@ -135,7 +150,7 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
         const int n = matte::strokeLayer(*atlas, beads, matte::oscillationStrength(float(path.diameter)),
                                          shared::unitFloat(path.look));
         layer = atlas->layer(n);
-        layerMean = layerMeans_[std::size_t(n)];
+        layerMean = tables_.layerMeans[std::size_t(n)];
     }
     const glm::dvec2 whole = path.at[std::size_t(path.moments - 1)].px - path.at[0].px;
     const double straight = glm::length(whole);
@@ -143,6 +158,9 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
     const double middleWidth = widthAt(momentAt(path, 0.5));
     const double tile = length + middleWidth;
     const bool mirrored = (path.look & 1u) != 0;
+    const bool isSharp = blurred < 1e-3;
+    const int onDrop = atlas != nullptr ? 1 : 2, others = onDrop + (isSharp ? 0 : 2);
+    double weights = 0;
 
     std::array<glm::dvec3, DropPath::most> lamps{};
     if (!scene_.lamps.empty())
@@ -150,7 +168,7 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
             lamps[std::size_t(i)] = lampsIn(path.at[std::size_t(i)], double(i) / (path.moments - 1));
 
     for (std::uint64_t n = 0; n < count; ++n) {
-        const auto point = latticePoint(n, path.id);
+        const auto point = latticePoint(n, count, others, path.id);
         double t = point[0], weight = 1;
         glm::dvec2 offset(0.0);
         if (atlas != nullptr) {
@@ -176,10 +194,11 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
             offset = 0.5 * widthAt(momentAt(path, t)) * onDisc(point[1], point[2]);
         }
         if (weight == 0) continue;
+        weights += weight;
         const DropPath::Moment here = momentAt(path, t);
         const double width = widthAt(here), confusion = confusionAt(here);
         glm::dvec2 place = here.px + offset;
-        if (confusion > 1e-3) place += 0.5 * confusion * onDisc(point[3], point[4]);
+        if (!isSharp) place += 0.5 * confusion * onDisc(point[std::size_t(others - 1)], point[std::size_t(others)]);
         if (!(place.x >= 0 && place.x < picture.width && place.y >= firstRow && place.y < lastRow)) continue;
         const int x = int(place.x), y = int(place.y);
         if (!depth_.empty() && here.depth > double(depth_.at(x, y))) continue;
@@ -187,7 +206,7 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
         const auto pixel = std::uint32_t(y) * std::uint32_t(picture.width) + std::uint32_t(x);
         Sum& sum = sums_[pixel];
         if (sum.alpha == 0) touched_.push_back(pixel);
-        const double mass = rain.opacity * pi / 4 * width * width * weight / double(count);
+        const double mass = pi / 4 * width * width * weight;
         const double clear = clearTo(here.depth);
         sum.alpha += mass;
         sum.depth += mass * here.depth;
@@ -200,8 +219,9 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
     }
     for (const std::uint32_t pixel : touched_) {
         Sum& sum = sums_[pixel];
-        fragments.push_back({pixel, path.id, sum.depth / sum.alpha, std::min(sum.alpha, 1.0), sum.clear / sum.alpha,
-                             sum.lamps / sum.alpha, whole});
+        const double alpha = std::min(rain.opacity * sum.alpha / weights, 1.0);
+        fragments.push_back(
+            {pixel, path.id, sum.depth / sum.alpha, alpha, sum.clear / sum.alpha, sum.lamps / sum.alpha, whole});
         sum = {};
     }
     touched_.clear();

@@ -15,14 +15,14 @@ namespace {
 constexpr double mostFragments = 4e6;
 
 /// All fragments of rows [firstRow, lastRow), by pixel, from near to far.
-std::vector<Fragment> fragmentsOf(const Scene& scene, const DropPaths& paths, ConstImageViewF depth, int firstRow,
-                                  int lastRow, std::size_t& strokes)
+std::vector<Fragment> fragmentsOf(const Scene& scene, const SamplerTables& tables, const DropPaths& paths,
+                                  ConstImageViewF depth, int firstRow, int lastRow, std::size_t& strokes)
 {
     std::vector<Fragment> all;
     std::mutex mutex;
     const auto grain = std::ptrdiff_t(paths.cells() / 64 + 1);  // a sampler has buffers of the picture's size
     parallelFor(0, std::ptrdiff_t(paths.cells()), grain, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        DropSampler sampler(scene, depth);
+        DropSampler sampler(scene, tables, depth);
         std::vector<Fragment> fragments;
         std::size_t count = 0;
         for (std::ptrdiff_t cell = first; cell < last; ++cell)
@@ -50,10 +50,11 @@ RainLayer rainLayer(const Scene& scene, ConstImageViewF depth, const ImageD& lit
                     ImageD(width, height, 2), 0};
     if (scene.rain.field == nullptr) return layer;
     const DropPaths paths(scene);
+    const SamplerTables tables(scene);
     const int bands = std::clamp(int(2 * double(paths.drops()) / mostFragments) + 1, 1, height);
     for (int band = 0; band < bands; ++band) {
         const int firstRow = height * band / bands, lastRow = height * (band + 1) / bands;
-        for (const Fragment& f : fragmentsOf(scene, paths, depth, firstRow, lastRow, layer.strokes)) {
+        for (const Fragment& f : fragmentsOf(scene, tables, paths, depth, firstRow, lastRow, layer.strokes)) {
             double* rain = layer.rain.data() + 4 * f.pixel;
             const double* light = lit.data() + 3 * f.pixel;
             const double* fog = fogLight.data() + 3 * f.pixel;

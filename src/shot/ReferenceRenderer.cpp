@@ -113,7 +113,7 @@ void ReferenceRenderer::Impl::updateLight(const io::PlateFrame& plate)
     panorama = reduced(light->panorama().pixels);
     lastDirections.clear();
     if (!dropLight)
-        dropLight.emplace(panorama.width(), panorama.height(), panorama.width() < 256 ? 4 : panorama.width() < 1024 ? 2 : 1,
+        dropLight.emplace(panorama.width(), panorama.height(), panorama.width() < 128 ? 4 : panorama.width() < 1024 ? 2 : 1,
                           std::array{optics::waterIndex[0], optics::waterIndex[1], optics::waterIndex[2]});
     statistics.lightSource = lightSource;
 }
