@@ -16,8 +16,6 @@
 namespace virga::shot {
 namespace {
 
-constexpr int widestPanorama = 1024;
-
 [[noreturn]] void refuse(const char* what)
 {
     throw Error(ErrorCode::InvalidArgument, "--reference: the reference has no {}", what);
@@ -29,11 +27,11 @@ Wanted withPanorama(Wanted wanted)
     return wanted;
 }
 
-/// Blocks of pixels averaged, so that what is left is at most widestPanorama wide. Rows of a block are of nearly the
+/// Blocks of pixels averaged, so that what is left is at most `widest` wide. Rows of a block are of nearly the
 /// same solid angle.
-ImageF reduced(const ImageF& panorama)
+ImageF reduced(const ImageF& panorama, int widest)
 {
-    const int block = (panorama.width() + widestPanorama - 1) / widestPanorama;
+    const int block = (panorama.width() + widest - 1) / widest;
     if (block == 1) return panorama;
     ImageF small((panorama.width() + block - 1) / block, (panorama.height() + block - 1) / block, 3);
     for (int y = 0; y < small.height(); ++y)
@@ -110,10 +108,13 @@ std::vector<glm::dvec3> ReferenceRenderer::Impl::lightAlong(std::span<const glm:
 void ReferenceRenderer::Impl::updateLight(const io::PlateFrame& plate)
 {
     if (!light->update(plate.number, viewOf(plate.pixels, plate.number))) return;
-    panorama = reduced(light->panorama().pixels);
+    panorama = reduced(light->panorama().pixels, options.widestPanorama);
     lastDirections.clear();
     if (!dropLight)
-        dropLight.emplace(panorama.width(), panorama.height(), panorama.width() < 128 ? 4 : panorama.width() < 1024 ? 2 : 1,
+        dropLight.emplace(panorama.width(), panorama.height(),
+                          panorama.width() < 128    ? 4
+                          : panorama.width() < 1024 ? 2
+                                                    : 1,
                           std::array{optics::waterIndex[0], optics::waterIndex[1], optics::waterIndex[2]});
     statistics.lightSource = lightSource;
 }
