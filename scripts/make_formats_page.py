@@ -42,7 +42,8 @@ IMAGES = """
 
 What comes back from a plate to which nothing is done. An EXR brings all of its file along into another EXR: other parts, views and
 layers, channels in their own types, windows, tiles, attributes of every type; `--layer` and `--view` say which picture is rained on.
-Other formats take the picture alone, and what is left out is named. Rain falls inside the display window; overscan stays as it is.
+Other formats take the picture alone, and what is left out is named. It rains in the overscan too, as far as the frame is wide and high;
+the picture inside the display window is the same, bit for bit, with overscan and without. Layers end at the display window.
 
 - **Types**: in its own format each file is as the one that it came from, frame by frame: 8, 10, 12 or 16 bits, half or float, each channel
   of an EXR for itself. Whole numbers of 32 bits are data: kept, and refused as the picture.

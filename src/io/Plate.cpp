@@ -122,8 +122,6 @@ std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const Pl
             log::warning("{}: holds the picture alone; left out of it are {}", path, fmt::join(info.beside, ", "));
         if (info.hasOverscan)
             log::warning("{}: the plate's picture reaches beyond its display window; that overscan is left out", path);
-    } else if (info.hasOverscan) {
-        log::warning("{}: rain falls inside the plate's display window; the overscan beyond it stays as it is", path);
     }
     if (isMovie) {
         auto movie = createMovieWriter(path, info, originOf(plate), options);

@@ -73,7 +73,8 @@ struct PlateInfo {
     Scan scan = Scan::Unknown;                  ///< of a movie, as the file has it
     std::vector<std::string> layers, views;     ///< of an EXR
     std::vector<std::string> beside;            ///< what an EXR holds beside the picture: channels and parts, in words
-    bool hasOverscan = false;                   ///< its picture reaches beyond the display window, which is `width` wide
+    bool hasOverscan = false;  ///< its picture reaches beyond the display window, which is `width` wide
+    int overscanX = 0, overscanY = 0;  ///< how far, on the farther side, of the first frame; at most the frame's own size
     std::vector<std::string> videoStreams;      ///< of a movie, each in words; ReadOptions::stream counts them
     bool isDeinterlaced = false;                ///< ReadOptions::deinterlace was asked for and done
 };
@@ -95,6 +96,9 @@ enum class Pixels {
     Codes,  ///< as the file has them, for PlateWriter::takesCodes alone: the image is empty, the codes are in `extras`.
             ///< Frames that have no such codes (images, movies that are turned to be shown) come as light all the same
 };
+
+/// The frame with `x` columns and `y` rows more on each side: of its overscan, and 0 where there is none.
+ImageF withOverscan(const PlateFrame& frame, int x, int y);
 
 /// Reads frames by number, ahead of time on its own threads when they are asked for in the order of `schedule`.
 class PlateReader {
@@ -146,6 +150,7 @@ struct RenderedFrame {
     ImageF beauty;  ///< RGBA; empty if it is the plate frame in Pixels::Codes
     std::vector<Layer> layers;
     std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
+    ImageF around{};  ///< of withOverscan's frame; what is not the frame in it goes into the overscan. Empty: that stays
     bool isPlate = false;                       ///< beauty is the plate's pixels, not one of them touched
 };
 

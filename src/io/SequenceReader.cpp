@@ -112,6 +112,13 @@ private:
         info_.views = header.views;
         info_.beside = header.beside;
         info_.hasOverscan = !header.display.contains(header.data);
+        if (info_.hasOverscan) {
+            const Window &data = header.data, &display = header.display;
+            info_.overscanX =
+                std::clamp(std::max(display.x - data.x, data.right() - display.right()), 0, display.width);
+            info_.overscanY =
+                std::clamp(std::max(display.y - data.y, data.bottom() - display.bottom()), 0, display.height);
+        }
         info_.width = header.width;
         info_.height = header.height;
         info_.pixelAspect = header.pixelAspect;

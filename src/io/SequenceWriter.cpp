@@ -18,6 +18,7 @@
 #include "io/ExrRewrite.h"
 #include "io/ImageColor.h"
 #include "io/ImageFile.h"
+#include "io/Overscan.h"
 #include "io/SampleForm.h"
 #include "io/Writers.h"
 
@@ -202,6 +203,7 @@ private:
         if (options_.layers && isOpaque)
             changes.channels[3] = file.channelNames[0].substr(0, file.channelNames[0].rfind('.') + 1) + "A";
         ImageF overscan = file.overscan;
+        if (!frame.around.empty() && !overscan.empty()) takeOverscan(frame.around, file, overscan);
         for (ImageF* pixels : {&frame.beauty, &overscan})
             if (!pixels->empty()) convert(*pixels, {.hasAlpha = !changes.channels[3].empty()});
         changes.picture = frame.beauty;

@@ -31,6 +31,12 @@ struct Compositor::Impl : ShotScene {
     void setLamps(const particles::Exposure& exposure);
     void setFog(const particles::Exposure& exposure);
     void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
+    /// The frame without its margins.
+    ConstImageViewF frameIn(const ImageF& wide) const
+    {
+        return {wide.pixel(shot.marginX, shot.marginY), shot.width, shot.height, wide.channels(),
+                std::ptrdiff_t(wide.width()) * wide.channels()};
+    }
     void openRenderer(const CompositorOptions& options);
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
 };
@@ -44,13 +50,14 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     c.cameraFromWorldOpen = cameraFromWorld(exposure.poseAtOpen);
     c.cameraFromWorldClose = cameraFromWorld(exposure.poseAtClose);
     const double focal = exposure.projection.focal_px;
-    c.lens = {float(focal), float(projectionAt(exposure.poseAtClose).focal_px), 0.5f * float(shot.width),
-              0.5f * float(shot.height)};
+    const int width = exposure.projection.width, height = exposure.projection.height;
+    c.lens = {float(focal), float(projectionAt(exposure.poseAtClose).focal_px), 0.5f * float(width),
+              0.5f * float(height)};
     c.range = {float(settings.near_m), float(settings.far_m), 0, float(settings.opacity)};
     const double lensFocal_m = 1e-3 * settings.sensorWidth_mm * focal / shot.width;
     c.focus = {float(lensFocal_m / settings.fstop), float(1 / settings.focus_m), float(exposure.duration_s),
                float(fogTableScale)};
-    c.picture = {std::uint32_t(shot.width), std::uint32_t(shot.height), 0, 0};
+    c.picture = {std::uint32_t(width), std::uint32_t(height), 0, 0};
     if (settings.fogColor) {
         const auto& color = *settings.fogColor;
         c.fogColor = {float(color[0]), float(color[1]), float(color[2]), 1};
@@ -67,7 +74,7 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     }
     if (plan.features.fog && settings.fog_1_m) c.boost.z = float(*settings.fog_1_m * settings.fogDistance_m);
     if (plan.features.splashes) rain->describeSplashes(c, exposure, settings);
-    c.splashKey.w = std::uint32_t(passes::SplashPass::capacity(shot.width, shot.height));
+    c.splashKey.w = std::uint32_t(passes::SplashPass::capacity(width, height));
     return c;
 }
 
@@ -112,8 +119,8 @@ void Compositor::Impl::openRenderer(const CompositorOptions& options)
     const matte::StrokeAtlas atlas = !plan.features.rain       ? matte::StrokeAtlas{}
                                      : settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
                                                                : loadAtlas(settings.mattes);
-    renderer =
-        makePictureRenderer({shot.width, shot.height, plan.features, atlas, lut, options.device, options.shaderFolder});
+    renderer = makePictureRenderer({shot.width + 2 * shot.marginX, shot.height + 2 * shot.marginY, plan.features, atlas,
+                                    lut, options.device, options.shaderFolder});
     statistics.device = renderer->device();
 }
 
@@ -134,8 +141,9 @@ std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
 {
     std::vector<io::Layer> layers;
     const auto add = [&](const char* name, ImageF& image) {
-        layers.push_back(
-            {name, {"R", "G", "B", "A"}, image.empty() ? ImageF(shot.width, shot.height, 4) : std::move(image)});
+        layers.push_back({name,
+                          {"R", "G", "B", "A"},
+                          image.empty() ? ImageF(drawn.beauty.width(), drawn.beauty.height(), 4) : std::move(image)});
     };
     add("rain", drawn.rain);
     add("splash", drawn.splash);
@@ -175,13 +183,13 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
         timed("cells", [&] { cells = m.rain->field().cellsInView(exposure, m.rain->visibility(exposure)); });
     timed("inputs", [&] {
         statistics.repairedPixels += repairPixels(plate.pixels);
-        if (features.depth) m.setDepth(plate.number, exposure, plate.pixels);
+        if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels));
         if (features.fog) m.setFog(exposure);
         if (features.lights) m.setLamps(exposure);
     });
     if (m.light)
         timed("environment", [&] {
-            if (m.light->update(plate.number, m.viewOf(plate.pixels, plate.number)))
+            if (m.light->update(plate.number, m.viewOf(m.frameIn(plate.pixels), plate.number)))
                 m.renderer->setDropRadiance(m.light->radiance(), m.light->lowPassBackground());
             statistics.lightOrder = m.light->order();
             statistics.lightRemainder = m.light->remainder();

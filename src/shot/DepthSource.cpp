@@ -43,6 +43,17 @@ depth::DepthKind kindOf(const Settings& s)
     return s.depthKind == "disparity" ? depth::DepthKind::Disparity : depth::DepthKind::Z;
 }
 
+/// The image with its outermost pixels repeated on each side.
+ImageF goneOn(const ImageF& image, int marginX, int marginY)
+{
+    ImageF wide(image.width() + 2 * marginX, image.height() + 2 * marginY, 1);
+    for (int y = 0; y < wide.height(); ++y)
+        for (int x = 0; x < wide.width(); ++x)
+            wide.at(x, y) =
+                image.at(std::clamp(x - marginX, 0, image.width() - 1), std::clamp(y - marginY, 0, image.height() - 1));
+    return wide;
+}
+
 }  // namespace
 
 depth::DepthOptions depthOptionsOf(const Settings& settings)
@@ -66,8 +77,10 @@ depth::DepthOptions depthOptionsOf(const Settings& settings)
     return options;
 }
 
-DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose)
-    : settings_(settings), width_(width), height_(height), holds_(settings.onError == "hold")
+DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose, int marginX,
+                         int marginY)
+    : settings_(settings), width_(width), height_(height), marginX_(marginX), marginY_(marginY),
+      holds_(settings.onError == "hold")
 {
     if (settings.depth.empty()) {
         groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
@@ -104,6 +117,7 @@ std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, dou
         saidResampled_ = true;
         depth = depth::resampleDepth(std::move(depth), width_, height_, followsPlate_ ? plate : ConstImageViewF());
     }
+    if (marginX_ > 0 || marginY_ > 0) depth.metres = goneOn(depth.metres, marginX_, marginY_);
     last_ = std::make_shared<const depth::Depth>(std::move(depth));
     lastName_ = name;
     lastFocal_px_ = focal_px;
@@ -140,8 +154,9 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         if (!(height > 0))
             throw Error(ErrorCode::Input, "frame {}: the camera track is {:g} m under the ground", frame, -height);
         depth::Depth ground;
-        ground.metres =
-            depth::groundDepth(width_, height_, 2 * std::atan(0.5 * width_ / projection.focal_px), height, up);
+        const int width = width_ + 2 * marginX_;
+        ground.metres = depth::groundDepth(width, height_ + 2 * marginY_,
+                                           2 * std::atan(0.5 * width / projection.focal_px), height, up);
         last_ = std::make_shared<const depth::Depth>(std::move(ground));
         lastPose_ = pose;
         return last_;

@@ -16,10 +16,13 @@ class DepthSource {
 public:
     /// Checks what can be checked: the file or the pattern's folder, the text of --ground.
     /// firstPose: where the camera stands in the first frame; the ground is `height` under it.
+    /// marginX, marginY: pixels on each side of the frame for which depth is wanted, too (Shot); images end at the frame,
+    /// and their last pixels go on.
     /// Throws Error(Input), Error(InvalidArgument).
-    DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose);
+    DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose, int marginX = 0,
+                int marginY = 0);
 
-    /// width x height x 1 [m], +inf sky. The same object is returned while nothing changes, so that it need not be
+    /// width x height x 1 with the margins [m], +inf sky. The same object is returned while nothing changes, so that it need not be
     /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming
     /// the file and the frame.
     std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
@@ -35,7 +38,7 @@ private:
     Settings settings_;
     std::optional<DepthReader> reader_;  // nothing: a ground plane
     depth::DepthOptions options_;
-    int width_, height_;
+    int width_, height_, marginX_, marginY_;
     std::optional<double> groundLevel_;  // world y [m]
     std::string lastName_;
     double lastFocal_px_ = 0;

@@ -19,6 +19,7 @@
 #include "shot/Doubts.h"
 #include "shot/FrameChoice.h"
 #include "shot/JobInputs.h"
+#include "shot/OverscanRenderer.h"
 #include "shot/Parameters.h"
 #include "shot/Resume.h"
 
@@ -67,6 +68,24 @@ std::unique_ptr<FrameRenderer> rendererOf(const Settings& settings, const Shot& 
     return std::make_unique<Compositor>(
         settings, shot,
         CompositorOptions{.wanted = wanted, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
+}
+
+/// Nothing if the plate has no overscan, or the output no place for it, or nothing is done to it.
+std::unique_ptr<OverscanRenderer> overscanRendererOf(const Settings& settings, const Shot& shot,
+                                                     const RainJobOptions& options, const io::PlateInfo& plate,
+                                                     const PlateSamples& samples)
+{
+    const Margins margins{plate.overscanX, plate.overscanY};
+    const bool isExr = io::isImageName(options.output) && io::imageFormatOf(options.output) == "openexr";
+    if (margins.isEmpty() || !isExr || planFrame(settings, {}, false).isPassThrough()) return nullptr;
+    if (options.reference) {
+        log::warning("{}: the reference renders inside the display window; the overscan stays as it is",
+                     options.output);
+        return nullptr;
+    }
+    return std::make_unique<OverscanRenderer>(
+        settings, shot, margins,
+        CompositorOptions{.wanted = {}, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
 }
 
 double peakMemory_mb()
@@ -147,8 +166,10 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     if (!planFrame(settings, {}, false).isPassThrough()) shot.track = shotTrack(settings, plate);
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
-    const std::unique_ptr<FrameRenderer> renderer =
-        rendererOf(settings, shot, options, samplePlate(*reader, settings, isLit));
+    PlateSamples samples = samplePlate(*reader, settings, isLit);
+    const std::unique_ptr<FrameRenderer> renderer = rendererOf(settings, shot, options, samples);
+    const std::unique_ptr<OverscanRenderer> overscan = overscanRendererOf(settings, shot, options, plate, samples);
+    samples = {};  // whole frames
     if (!shot.track.empty()) warnOf(trackDoubts(shot.track, frames, shot.fps, settings));
     checkDepthFrames(settings, renderer->plan(), frames, onError);
 
@@ -173,7 +194,9 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         sheet.addBefore(number, frame->pixels);
         io::RenderedFrame rendered;
         try {
+            if (overscan) overscan->begin(*frame);
             rendered = renderer->render(std::move(*frame));
+            if (overscan) rendered.around = overscan->finish();
         } catch (const Error& error) {  // its depth
             if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;
             report.repairedFrames.push_back(fmt::format("frame {} was skipped: {}", number, error.what()));

@@ -59,15 +59,19 @@ ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted&
     if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
     if (plan.features.light()) makeLight(samples.forLight, wanted.panorama);
     if (plan.features.lights) lamps = readLights(settings.lights);
-    if (plan.features.depth) depth.emplace(settings, shot.width, shot.height, first.poseAtOpen);
+    if (plan.features.depth)
+        depth.emplace(settings, shot.width, shot.height, first.poseAtOpen, shot.marginX, shot.marginY);
 }
 
 camera::Projection ShotScene::projectionAt(const camera::Pose& pose) const
 {
-    if (settings.fov_deg)
-        return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(*settings.fov_deg));
-    if (pose.verticalFov) return camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov);
-    return camera::projectionFromHorizontalFov(shot.width, shot.height, glm::radians(60.0));
+    camera::Projection projection = !settings.fov_deg && pose.verticalFov
+                                        ? camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov)
+                                        : camera::projectionFromHorizontalFov(
+                                              shot.width, shot.height, glm::radians(settings.fov_deg.value_or(60.0)));
+    projection.width += 2 * shot.marginX;
+    projection.height += 2 * shot.marginY;
+    return projection;
 }
 
 particles::Exposure ShotScene::exposureAt(FrameNumber frame) const
@@ -107,7 +111,7 @@ environment::PlateView ShotScene::viewOf(ConstImageViewF plate, FrameNumber fram
     constexpr double widest_deg = 170;  // panoramaFromViews' limit
     const camera::Pose pose = track.at(double(frame));
     const camera::Projection projection = projectionAt(pose);
-    const double fov = 2 * std::atan(0.5 * projection.width / projection.focal_px);
+    const double fov = 2 * std::atan(0.5 * shot.width / projection.focal_px);
     return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
 }
 

@@ -25,6 +25,8 @@ struct Shot {
     double fps = 24;
     FrameNumber firstFrame = 0;
     camera::Track track{};  ///< in our world; empty: --camera's file, or none
+    /// Pixels on each side that are rendered with the frame: pictures are that much larger, the lens stays the frame's.
+    int marginX = 0, marginY = 0;
 };
 
 /// The camera of a shot without a track stands still at the origin; --ground gives its height and pitch.

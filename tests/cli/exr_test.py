@@ -338,10 +338,31 @@ class Windows(ExrTest):
                 self.assertGreaterEqual(t.x + t.width, data[0] + data[2])
                 self.assertGreaterEqual(t.y + t.height, data[1] + data[3])
                 placed = after[data[1] - t.y:, data[0] - t.x:][:data[3], :data[2]]
-                if case == "beside":
-                    np.testing.assert_array_equal(placed, before)
-                else:
-                    self.assertGreater(np.abs(placed - before).max(), 0.001)
+                self.assertGreater(np.abs(placed - before).max(), 0.001)
+
+    def test_rainFallsInTheOverscan(self):
+        """Inside the display window it is the picture without overscan, bit for bit; outside it goes on as if the frame were
+        larger."""
+        margin, size = 16, (64, 48)
+        wide = np.concatenate([street(size[0] + 2 * margin, size[1] + 2 * margin)[..., :3] * 0.2], -1)
+        flat = np.full((8, 16, 3), 0.5, np.float32)
+        write(self.folder / "env.exr", (spec(16, 8, ["R", "G", "B"], "float"), flat))
+        inner = np.s_[margin:-margin, margin:-margin]
+        lens = 2 * np.degrees(np.arctan(np.tan(np.radians(30)) * (size[0] + 2 * margin) / size[0]))
+        render = [*RAIN, "--env", "env.exr", "--paper", "--fov"]
+        write(self.folder / "in.exr", (spec(size[0] + 2 * margin, size[1] + 2 * margin, ["R", "G", "B"], "float",
+                                            (-margin, -margin), (0, 0, *size)), wide))
+        over = self.through(*render, "60")[0][0][1]
+        write(self.folder / "in.exr", (spec(*size, ["R", "G", "B"], "float"), wide[inner]))
+        alone = self.through(*render, "60")[0][0][1]
+        np.testing.assert_array_equal(over[inner], alone)
+        write(self.folder / "in.exr", (spec(size[0] + 2 * margin, size[1] + 2 * margin, ["R", "G", "B"], "float"), wide))
+        larger = self.through(*render, repr(float(lens)))[0][0][1]
+        outside = np.ones(over.shape[:2], bool)
+        outside[inner] = False
+        self.assertGreater(np.abs(over - wide)[outside].max(), 0.01)
+        # The sensor is as wide as the frame, so drops out of focus are a little different in the larger one.
+        self.assertLess(np.abs(over - larger)[outside].mean(), 0.1 * np.abs(over - wide)[outside].mean())
 
     def test_acrossOtherFormats(self):
         self.plate("larger")
