@@ -89,6 +89,8 @@ public:
     virtual const PlateInfo& info() const = 0;
     /// Throws Error(Input) naming file and frame if it is missing or damaged.
     virtual PlateFrame load(FrameNumber number, Pixels pixels) = 0;
+    /// See PlateReader::fitChroma.
+    virtual void fitChroma(SharedChroma) {}
     /// How many threads may be in load() at once.
     virtual int parallelLoads() const { return 1; }
     /// The movie, or null for images.

@@ -359,6 +359,19 @@ YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path)
     }
 }
 
+ChromaFilter chromaSites(int location)
+{
+    const auto at = [](double x, double y) { return ChromaFilter{{false, x}, {false, y}}; };
+    switch (location) {
+        case AVCHROMA_LOC_CENTER: return at(0.5, 0.5);
+        case AVCHROMA_LOC_TOPLEFT: return at(0, 0);
+        case AVCHROMA_LOC_TOP: return at(0.5, 0);
+        case AVCHROMA_LOC_BOTTOMLEFT: return at(0, 1);
+        case AVCHROMA_LOC_BOTTOM: return at(0.5, 1);
+        default: return at(0, 0.5);
+    }
+}
+
 namespace {
 
 /// Nothing for transfers that are not ours: logarithms of old scanners, and those that nobody specified.

@@ -108,6 +108,10 @@ int guessedMatrix(int width, int height);
 /// luminance).
 YuvCoding yuvCoding(int matrix, bool fullRange, const std::string& path);
 
+/// Where chroma is taken (AVCHROMA_LOC_*, ITU-T H.273 figure 1). What nobody says is "left", as in MPEG-2, H.264 and
+/// HEVC.
+ChromaFilter chromaSites(int location);
+
 /// The colour space of ours with this transfer and these primaries (AVCOL_TRC_*, AVCOL_PRI_*, AVCOL_SPC_*), and the
 /// tags that say so; a guess if there are none. What is missing or not supported is taken for the curve of
 /// display-referred video and for Rec.709; the BT.2020 matrix stands for its primaries.

@@ -42,6 +42,16 @@ public:
     const PlateInfo& info() const override { return movie_.info; }
     const MovieOrigin* movie() const override { return &movie_.origin; }
 
+    /// Rows of fields are not interpolated: neighbours belong to different times.
+    void fitChroma(SharedChroma result) override
+    {
+        if (movie_.orientation.swap) std::swap(result.shiftX, result.shiftY);
+        const bool hasFields = isInterlaced(movie_.info.scan) && !deinterlacer_;
+        chroma_ = chromaSites(movie_.origin.chromaLocation);
+        chroma_.x.isInterpolated = movie_.format.chromaShiftX > result.shiftX;
+        chroma_.y.isInterpolated = movie_.format.chromaShiftY > result.shiftY && !hasFields;
+    }
+
     PlateFrame load(FrameNumber number, Pixels pixels) override
     {
         const MovieOrigin& origin = movie_.origin;
@@ -153,7 +163,7 @@ private:
             unpack(decoded, movie_.format, picture);
         }
         ImageF coded(movie_.codedWidth, movie_.codedHeight, 4);
-        planarToLinear(movie_.format, movie_.coding, asConst(picture), *toWorking_, coded);
+        planarToLinear(movie_.format, movie_.coding, asConst(picture), *toWorking_, coded, chroma_);
         if (movie_.orientation.isIdentity()) return coded;
         ImageF shown(movie_.info.width, movie_.info.height, 4);
         orient(coded, movie_.orientation, shown);
@@ -166,6 +176,7 @@ private:
     MovieDescription movie_;
     std::shared_ptr<const ColorTransform> toWorking_;
     std::optional<Deinterlacer> deinterlacer_;
+    ChromaFilter chroma_;
     std::unique_ptr<PlanarBuffer> unpacked_;  // for formats that are not planar
     bool saidFields_ = false;
 };

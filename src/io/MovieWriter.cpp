@@ -86,6 +86,12 @@ public:
                format_.coding == origin_->coding && format_.colorspace == plate_.colorspace;
     }
 
+    SharedChroma sharedChroma() const override
+    {
+        if (format_.planar.family != PlanarFormat::Family::Yuv) return {};
+        return {format_.planar.chromaShiftX, format_.planar.chromaShiftY};
+    }
+
     void write(RenderedFrame frame) override
     {
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));

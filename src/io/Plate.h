@@ -100,11 +100,21 @@ enum class Pixels {
 /// The frame with `x` columns and `y` rows more on each side: of its overscan, and 0 where there is none.
 ImageF withOverscan(const PlateFrame& frame, int x, int y);
 
+/// How pixels of YCbCr share a chroma sample: 2^shiftX columns of 2^shiftY rows.
+struct SharedChroma {
+    int shiftX = 0, shiftY = 0;
+};
+
 /// Reads frames by number, ahead of time on its own threads when they are asked for in the order of `schedule`.
 class PlateReader {
 public:
     virtual ~PlateReader() = default;
     virtual const PlateInfo& info() const = 0;
+
+    /// How the result shares chroma. Chroma that the plate's pixels share and the result's do not is interpolated, by
+    /// its siting; what both share is repeated, so that it comes back as it was, and so is all chroma unless this is
+    /// called. Before the first frame is asked for.
+    virtual void fitChroma(SharedChroma) {}
 
     /// Frames that will be asked for, in order: lets the reader decode ahead and skip what nobody wants.
     virtual void schedule(const std::vector<FrameNumber>& frames, Pixels pixels = Pixels::Light) = 0;
@@ -165,6 +175,7 @@ public:
     virtual ~PlateWriter() = default;
     /// Whether the plate's codes can be encoded as they are, which gives what their light would, sooner.
     virtual bool takesCodes() const { return false; }
+    virtual SharedChroma sharedChroma() const { return {}; }
     /// May block while earlier frames are being encoded. Throws Error(Output) for this or an earlier frame.
     virtual void write(RenderedFrame frame) = 0;
     /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C. Without any frame

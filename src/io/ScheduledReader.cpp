@@ -32,6 +32,8 @@ public:
     const PlateInfo& info() const override { return source_->info(); }
     const FrameSource& source() const override { return *source_; }
 
+    void fitChroma(SharedChroma result) override { source_->fitChroma(result); }
+
     void schedule(const std::vector<FrameNumber>& frames, Pixels pixels) override
     {
         stopThreads();

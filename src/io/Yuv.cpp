@@ -1,6 +1,7 @@
 #include "io/Yuv.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "core/Parallel.h"
@@ -85,6 +86,39 @@ VIRGA_SIMD void repeatChroma(const float* samples, int shift, int width, float* 
     } else {
         for (int x = 0; x < width; ++x) values[x] = samples[x >> shift];
     }
+}
+
+/// A pixel's place among samples: between `sample` and the next one, at the share `next` of the way.
+struct Between {
+    std::ptrdiff_t sample;
+    float next;
+};
+
+Between between(std::ptrdiff_t pixel, int shift, double site)
+{
+    const double place = (double(pixel) - site * ((1 << shift) - 1)) / (1 << shift);
+    const double sample = std::floor(place);
+    return {std::ptrdiff_t(sample), float(place - sample)};
+}
+
+/// Each column from the two chroma samples that are nearest to it; beyond the edges the last one stays. Columns that
+/// share a sample are `phase` 0, 1 ... of it.
+VIRGA_SIMD void interpolateChroma(const float* samples, int count, int shift, double site, int width, float* values)
+{
+    const int step = 1 << shift;
+    for (int phase = 0; phase < step; ++phase) {
+        const Between at = between(phase, shift, site);
+        const int left = int(at.sample);  // -1 or 0
+        const float next = at.next, here = 1.0f - next;
+        for (int c = 0, x = phase; x < width; ++c, x += step)
+            values[x] = here * samples[std::max(c + left, 0)] + next * samples[std::min(c + left + 1, count - 1)];
+    }
+}
+
+/// a += share (b - a).
+VIRGA_SIMD void blend(const float* b, float share, int count, float* a)
+{
+    for (int i = 0; i < count; ++i) a[i] = (1.0f - share) * a[i] + share * b[i];
 }
 
 /// sums[c] += the columns of `values` that share chroma sample c.
@@ -204,7 +238,7 @@ constexpr int rowsPerPiece = 16;  // a multiple of every chroma height, and enou
 }  // namespace
 
 void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
-                    const ColorTransform& toLinear, ImageView<float> rgba)
+                    const ColorTransform& toLinear, ImageView<float> rgba, const ChromaFilter& filter)
 {
     const int width = picture.width, bytes = format.bytesPerSample();
     const Quantizer lumaQ = Quantizer::of(format.bits, coding.fullRange, false);
@@ -213,21 +247,39 @@ void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const C
     const Matrix matrix(coding);
     const bool isYuv = format.family == PlanarFormat::Family::Yuv, isGrey = format.family == PlanarFormat::Family::Grey;
     const int chromaWidth = samplesFor(width, format.chromaShiftX);
+    const int chromaHeight = samplesFor(picture.height, format.chromaShiftY);
+    const bool smoothX = filter.x.isInterpolated && format.chromaShiftX > 0;
+    const bool smoothY = filter.y.isInterpolated && format.chromaShiftY > 0;
     const bool transform = !toLinear.isIdentity();
 
     parallelFor(0, picture.height, rowsPerPiece, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        Rows rows(width, 5);
-        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = rows[3], *chroma = rows[4];
+        Rows rows(width, 6);
+        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = rows[3], *chroma = rows[4], *below = rows[5];
         for (std::ptrdiff_t y = first; y < last; ++y) {
             const auto row = [&](int plane, std::ptrdiff_t line) {
                 return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
             };
+            const auto loadChroma = [&](int plane, float* values) {
+                if (smoothY) {
+                    const Between at = between(y, format.chromaShiftY, filter.y.site);
+                    const auto held = [&](std::ptrdiff_t r) {
+                        return std::clamp<std::ptrdiff_t>(r, 0, chromaHeight - 1);
+                    };
+                    loadRow(row(plane, held(at.sample)), bytes, chromaWidth, chromaQ, chroma);
+                    loadRow(row(plane, held(at.sample + 1)), bytes, chromaWidth, chromaQ, below);
+                    blend(below, at.next, chromaWidth, chroma);
+                } else {
+                    loadRow(row(plane, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
+                }
+                if (smoothX)
+                    interpolateChroma(chroma, chromaWidth, format.chromaShiftX, filter.x.site, width, values);
+                else
+                    repeatChroma(chroma, format.chromaShiftX, width, values);
+            };
             if (isYuv) {
                 loadRow(row(0, y), bytes, width, lumaQ, red);
-                loadRow(row(1, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
-                repeatChroma(chroma, format.chromaShiftX, width, blue);
-                loadRow(row(2, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
-                repeatChroma(chroma, format.chromaShiftX, width, green);
+                loadChroma(1, blue);
+                loadChroma(2, green);
                 if (coding.isYCgCo)
                     rgbFromYCgCo(width, red, green, blue);
                 else

@@ -2,7 +2,9 @@
 //
 // Laws (tests/io/yuv_test.cpp): codes -> RGBA -> codes gives the same codes for every format, 8 to 16 bit, also for
 // YCbCr outside the RGB cube. For that, chroma is repeated on the way in and averaged over the samples that share it on
-// the way out, both of the codes (not of light), and nothing is clipped until a code is stored.
+// the way out, both of the codes (not of light), and nothing is clipped until a code is stored. Where the result does
+// not share chroma as the picture does, repeating would leave blocks, shifted by up to half of one: then chroma is
+// interpolated between the places where it was taken (ChromaFilter), linearly and in the codes, as zimg's "bilinear".
 #pragma once
 
 #include <array>
@@ -39,6 +41,16 @@ struct YuvCoding {
     bool operator==(const YuvCoding&) const = default;
 };
 
+/// How chroma that pixels share comes to each of them, along one axis.
+struct ChromaAxis {
+    bool isInterpolated = false;  ///< else repeated
+    double site =
+        0;  ///< place of a sample in the pixels that share it: 0 the first of them, 0.5 the middle, 1 the last
+};
+struct ChromaFilter {
+    ChromaAxis x, y;
+};
+
 template <class Byte>
 struct BasicPlanarPicture {
     int width = 0, height = 0;
@@ -51,7 +63,7 @@ using ConstPlanarPicture = BasicPlanarPicture<const std::uint8_t>;
 /// R'G'B' codes scaled to 0..1 go through `toLinear`, then are multiplied by alpha (1 where there is none).
 /// rgba  picture.width x picture.height x 4
 void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
-                    const ColorTransform& toLinear, ImageView<float> rgba);
+                    const ColorTransform& toLinear, ImageView<float> rgba, const ChromaFilter& chroma = {});
 
 /// The other way: divided by alpha if the format has one (alpha 0 gives black), through `toCode`, rounded to nearest
 /// and held to what a sample can hold; NaN gives 0. Luma and chroma may pass 235 and 16: footage does.

@@ -147,6 +147,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     // What the reference made is no frame that --resume may keep.
     if (!options.reference) writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
     const auto writer = io::createPlateWriter(options.output, *reader, writeOptions);
+    reader->fitChroma(writer->sharedChroma());
     RainReport report;
     report.copyObstacle = copyObstacle;
     if (options.resume) {

@@ -202,6 +202,69 @@ class Untagged(CliTest):
         self.assertEqual(self.tags("o.mp4")[1:], ["bt2020nc", "bt2020-10", "bt2020"])
 
 
+class ChromaSites(CliTest):
+    """Chroma that pixels share, for a result whose pixels share none: against zscale's bilinear, for each place of the samples."""
+
+    KR, KB = 0.2126, 0.0722
+    FRAMES = 2
+
+    def plate(self, name, encoder, pixelFormat, size=f"{W}x{H}"):
+        ffmpeg("-f", "lavfi", "-i", f"testsrc2=s={size}:r=25:d={self.FRAMES / 25}", "-vf",
+               f"noise=alls=30:allf=t:all_seed=4,format={pixelFormat}", *encoder, "-colorspace", "bt709", "-color_range", "tv",
+               self.folder / name)
+
+    def theirs(self, name, site, width, height):
+        done = subprocess.run(["ffmpeg", "-v", "error", "-i", self.path(name), "-frames:v", "1", "-vf",
+                               f"zscale=cin={site}:c=left:f=bilinear,format=yuv444p16le", "-f", "rawvideo", "-"], check=True,
+                              capture_output=True)
+        y, u, v = np.frombuffer(done.stdout, "<u2").reshape(3, height, width).astype(float) / 256
+        y, u, v = (y - 16) / 219, (u - 128) / 224, (v - 128) / 224
+        red, blue = y + 2 * (1 - self.KR) * v, y + 2 * (1 - self.KB) * u
+        return np.stack([red, (y - self.KR * red - self.KB * blue) / (1 - self.KR - self.KB), blue], -1)
+
+    def test_againstZscale(self):
+        for number, site in enumerate(("left", "center", "topleft", "top", "bottomleft", "bottom")):
+            for pixelFormat, size in (("yuv420p", (W, H)), ("yuv420p10", (W, H)), ("yuv422p", (W, H))):
+                if pixelFormat == "yuv422p" and site != "left":
+                    continue
+                with self.subTest(site=site, pixelFormat=pixelFormat):
+                    self.plate("p.mp4", ["-c:v", "libx264", "-qp", "0", "-x264-params", f"chromaloc={number}"], pixelFormat)
+                    self.rain("p.mp4", "-o", "o.exr", *OFF, "--frames", "0", "--float", "--colorspace", "raw")
+                    ours = readImage(self.folder / "o.exr")[0][..., :3]
+                    # zscale rounds what lies between to 16 bits: half a code is 2.3e-6 of luma, 4.2e-6 of red and blue.
+                    self.assertLess(np.abs(ours - self.theirs("p.mp4", site, *size)).max(), 1e-5)
+
+    def test_edgesAndWideSharing(self):
+        """One colour stays one colour to the last column and row, whatever shares it."""
+        for pixelFormat, width, height in (("yuv420p", 37, 21), ("yuv411p", 37, 20), ("yuv410p", 39, 21), ("yuv420p", 1, 1),
+                                           ("yuv422p10", 33, 3)):
+            with self.subTest(pixelFormat=pixelFormat, width=width, height=height):
+                ffmpeg("-f", "lavfi", "-i", "color=0x3060a0:s=64x64:r=25:d=0.04", "-vf",
+                       f"scale={width}:{height},format={pixelFormat}", "-c:v", "ffv1", self.folder / "p.mkv")
+                self.rain("p.mkv", "-o", "o.exr", *OFF, "--float", "--colorspace", "raw")
+                ours = readImage(self.folder / "o.exr")[0][..., :3]
+                self.assertEqual(ours.shape, (height, width, 3))
+                self.assertLess(np.abs(ours - ours[0, 0]).max(), 1e-6)
+                self.assertLess(np.abs(ours[0, 0] - [0x30 / 255, 0x60 / 255, 0xa0 / 255]).max(), 0.02)
+
+    def test_whatIsSharedAlikeIsUntouched(self):
+        """The way into the plate's own sharing repeats and averages: code for code."""
+        self.plate("p.mp4", ["-c:v", "libx264", "-qp", "0"], "yuv420p")
+        self.rain("p.mp4", "-o", "o.mkv", *OFF, "--codec", "ffv1")
+        hashes = [subprocess.run(["ffmpeg", "-v", "error", "-i", self.path(name), "-f", "framemd5", "-"], check=True,
+                                 capture_output=True, text=True).stdout.split("\n")[-self.FRAMES - 1:] for name in ("p.mp4", "o.mkv")]
+        self.assertEqual(*[[line.split(",")[-1] for line in lines] for lines in hashes])
+
+    def test_oneAxisAlone(self):
+        """4:2:0 into 4:2:2: columns are shared alike, rows are not."""
+        self.plate("p.mp4", ["-c:v", "libx264", "-qp", "0"], "yuv420p")
+        self.rain("p.mp4", "-o", "o.mkv", *OFF, "--codec", "ffv1", "--pixel-format", "yuv422p", "--frames", "0")
+        planes = [np.frombuffer(subprocess.run(["ffmpeg", "-v", "error", "-i", self.path(name), "-frames:v", "1", *extra, "-f", "rawvideo", "-"],
+                                               check=True, capture_output=True).stdout, "u1").astype(int)
+                  for name, extra in (("o.mkv", []), ("p.mp4", ["-vf", "zscale=cin=left:c=left:f=bilinear,format=yuv422p"]))]
+        self.assertLessEqual(np.abs(planes[0] - planes[1]).max(), 1)
+
+
 class WhoSays(CliTest):
     @classmethod
     def makePlates(cls):
