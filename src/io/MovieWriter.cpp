@@ -275,9 +275,26 @@ private:
         frame->pts = nextTime(rendered.number);
         lastTime_ = frame->pts;
         lastFrame_ = rendered.number;
+        sentTimes_.push_back(frame->pts);
         output_.check(avcodec_send_frame(encoder_.get(), frame.get()));
         takePackets();
         if (others_) others_->copyUntil(plateEnd_);
+    }
+
+    /// x265 gives whatever is in memory as the decoding time if the movie has fewer frames than it reorders. The n-th
+    /// packet is due when the frame is shown that comes as many before the n-th as are reordered.
+    void mendDecodingTime(AVPacket& packet)
+    {
+        const auto n = std::ptrdiff_t(packets_++), delay = std::ptrdiff_t(encoder_->has_b_frames);
+        const std::int64_t step =
+            std::max<std::int64_t>(1, av_rescale_q(1, av_inv_q(encoder_->framerate), encoder_->time_base));
+        constexpr int mostReordered = 256;
+        const bool makesSense = packet.dts <= packet.pts && packet.dts > packet.pts - mostReordered * step &&
+                                (n == 0 || packet.dts > lastDecoding_);
+        if (!makesSense)
+            packet.dts = std::min(packet.pts, n >= delay ? sentTimes_.at(std::size_t(n - delay))
+                                                         : sentTimes_.front() - (delay - n) * step);
+        lastDecoding_ = packet.dts;
     }
 
     void takePackets()
@@ -291,6 +308,7 @@ private:
                 packet->duration = duration->second;
                 durations_.erase(duration);
             }
+            mendDecodingTime(*packet);
             packet->stream_index = stream_->index;
             av_packet_rescale_ts(packet.get(), encoder_->time_base, stream_->time_base);
             output_.write(*packet);
@@ -315,7 +333,10 @@ private:
     FrameNumber lastFrame_ = 0, firstFrame_ = 0;
     bool isOutOfOrder_ = false;
     std::map<std::int64_t, std::int64_t> durations_;  // of frames in the encoder, by their time
-    BackgroundQueue queue_{1, 2};                     // last, so that its thread ends before what it uses
+    std::vector<std::int64_t> sentTimes_;             // of all frames, for decoding times
+    std::size_t packets_ = 0;
+    std::int64_t lastDecoding_ = 0;
+    BackgroundQueue queue_{1, 2};  // last, so that its thread ends before what it uses
 };
 
 }  // namespace
