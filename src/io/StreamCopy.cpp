@@ -51,15 +51,23 @@ bool isWrittenAnew(const AVFormatContext& input, const AVStream& stream)
     return tag == MKTAG('t', 'm', 'c', 'd') || (tag == MKTAG('t', 'e', 'x', 't') && input.nb_chapters > 0);
 }
 
+/// The name that the codec has in the plate's container where the new one knows it too, else the new one's own.
+std::uint32_t tagFor(const AVOutputFormat& container, const AVCodecParameters& parameters)
+{
+    if (container.codec_tag == nullptr) return 0;
+    return av_codec_get_id(container.codec_tag, parameters.codec_tag) == parameters.codec_id ? parameters.codec_tag : 0;
+}
+
 bool canHold(const MovieOutput& output, const AVStream& stream)
 {
     const AVCodecParameters& p = *stream.codecpar;
     switch (p.codec_type) {
         case AVMEDIA_TYPE_ATTACHMENT: return output.is("matroska");
         case AVMEDIA_TYPE_DATA:
-            // The one kind of data that these muxers know how to name.
+            // The one kind of data that these muxers know how to name, and MOV's does not.
             if (output.isIsoMedia() || output.isMatroska())
-                return output.isIsoMedia() && p.codec_tag == MKTAG('g', 'p', 'm', 'd');
+                return output.isIsoMedia() && p.codec_tag == MKTAG('g', 'p', 'm', 'd') &&
+                       tagFor(*output.context().oformat, p) != 0;
             break;
         case AVMEDIA_TYPE_AUDIO:
             if (output.is("mxf") && (p.sample_rate != 48000 ||
@@ -71,13 +79,6 @@ bool canHold(const MovieOutput& output, const AVStream& stream)
     }
     return p.codec_id != AV_CODEC_ID_NONE &&
            avformat_query_codec(output.context().oformat, p.codec_id, FF_COMPLIANCE_NORMAL) != 0;
-}
-
-/// The name that the codec has in the plate's container where the new one knows it too, else the new one's own.
-std::uint32_t tagFor(const AVOutputFormat& container, const AVCodecParameters& parameters)
-{
-    if (container.codec_tag == nullptr) return 0;
-    return av_codec_get_id(container.codec_tag, parameters.codec_tag) == parameters.codec_id ? parameters.codec_tag : 0;
 }
 
 }  // namespace
