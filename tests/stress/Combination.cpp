@@ -112,6 +112,8 @@ ImageF plateFor(Random& random, int width, int height, bool isOpaque, Ceiling& c
             for (int c = 0; c < 3; ++c) {
                 float value = float(scale * alpha * (isFlat ? 0.5 : unit(random)));
                 if (isBroken && chance(random, 0.05)) value = pick(random, std::vector<float>{nan, inf, -inf, -1, 0});
+                // A pixel that shines and covers nothing has any light.
+                if (alpha == 0 && value > 0) ceiling.isKnown = false;
                 plate.at(x, y, c) = value;
                 // Infinite light is repaired to the most that half holds; a pixel that is not opaque has more than it
                 // shows.
@@ -254,8 +256,8 @@ Combination combination(std::uint32_t seed, std::uint32_t number, const Files& f
     if (!s.env.empty()) light = std::max(light, files.lightOf(s.env));
     light *= std::max(1.0, s.envGain);
     if (s.fogColor) light = std::max(light, *std::max_element(s.fogColor->begin(), s.fogColor->end()));
-    made.ceiling.isKnown =
-        s.lights.empty() && s.gradeFrom.empty() && !s.paper && s.backgroundBoost == 0 && !s.lightRadiance;
+    made.ceiling.isKnown = made.ceiling.isKnown && s.lights.empty() && s.gradeFrom.empty() && !s.paper &&
+                           s.backgroundBoost == 0 && !s.lightRadiance;
     made.description = fmt::format("seed {}, number {}: {}x{}, {} fps, frame {} of a shot from {}{}{}:{}", seed, number,
                                    width, height, made.shot.fps, made.frame, made.shot.firstFrame,
                                    made.layers ? ", layers" : "", made.isOpaque ? "" : ", transparent", flags(s));
