@@ -1,5 +1,9 @@
 // virga COMMAND: rain for film and video. Parses, hands over to a command, translates errors into exit codes.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -112,10 +116,24 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& command)
     return text;
 }
 
+/// Readers that go away and files that may grow no further are errors to be told, not signals to die of. And whoever
+/// starts us without standard streams must not have what we print in the first file that is opened.
+void settleStreams()
+{
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+    for (int file = open("/dev/null", O_RDONLY); file >= 0; file = open("/dev/null", O_RDONLY))
+        if (file > STDERR_FILENO) {
+            close(file);
+            break;
+        }
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
 {
+    settleStreams();
     CLI::App app("virga: rain for film and video", "virga");
     app.set_version_flag("--version", "virga " VIRGA_VERSION, "the version");
     app.require_subcommand(1);

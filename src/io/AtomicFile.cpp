@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -128,8 +129,21 @@ AtomicFile::~AtomicFile()
     close(locked_);
 }
 
+void AtomicFile::write(std::string_view bytes)
+{
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(locked_, bytes.data(), bytes.size());
+        if (written < 0 && errno != EINTR)
+            throw Error(ErrorCode::Output, "{}: cannot be written ({})", finalPath_, std::strerror(errno));
+        bytes.remove_prefix(std::size_t(std::max<ssize_t>(written, 0)));
+    }
+}
+
 void AtomicFile::commit()
 {
+    // Network file systems may say only at a close that there was no room; the lock stays until the last one.
+    if (close(dup(locked_)) != 0)
+        throw Error(ErrorCode::Output, "{}: cannot be written ({})", finalPath_, std::strerror(errno));
     std::error_code error;
     fs::rename(temporaryPath_, finalPath_, error);
     if (error) throw Error(ErrorCode::Output, "{}: cannot be given its name: {}", finalPath_, error.message());
@@ -137,22 +151,35 @@ void AtomicFile::commit()
     locked_ = -1;
 }
 
+MemoryFile::MemoryFile() : file_(memfd_create("picture", MFD_CLOEXEC))
+{
+    if (file_ < 0) throw Error(ErrorCode::Output, "no memory for a picture's file ({})", std::strerror(errno));
+}
+
+MemoryFile::~MemoryFile() { close(file_); }
+
+std::string MemoryFile::path() const { return fmt::format("/proc/self/fd/{}", file_); }
+
+void MemoryFile::writeTo(AtomicFile& file) const
+{
+    std::vector<char> piece(std::size_t(1) << 20);
+    for (off_t at = 0;;) {
+        const ssize_t size = pread(file_, piece.data(), piece.size(), at);
+        if (size < 0 && errno == EINTR) continue;
+        if (size < 0)
+            throw Error(ErrorCode::Output, "{}: cannot be written ({})", file.finalPath(), std::strerror(errno));
+        if (size == 0) return;
+        file.write({piece.data(), std::size_t(size)});
+        at += size;
+    }
+}
+
 void writeWholeFile(const std::string& path, std::string_view content)
 {
     checkOutputFolder(path);
     sweepLeftovers(path);
     AtomicFile whole(path);
-    const int file = open(whole.temporaryPath().c_str(), O_WRONLY | O_CLOEXEC);
-    int problem = file < 0 ? errno : 0;
-    while (problem == 0 && !content.empty()) {
-        const ssize_t written = ::write(file, content.data(), content.size());
-        if (written >= 0)
-            content.remove_prefix(std::size_t(written));
-        else if (errno != EINTR)
-            problem = errno;
-    }
-    if (file >= 0 && close(file) != 0 && problem == 0) problem = errno;  // network file systems may say it only now
-    if (problem != 0) throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, std::strerror(problem));
+    whole.write(content);
     whole.commit();
 }
 

@@ -27,12 +27,34 @@ public:
     /// To be opened by this name and overwritten, not replaced.
     const std::string& temporaryPath() const { return temporaryPath_; }
 
+    /// Adds to the file. Throws Error(Output).
+    void write(std::string_view bytes);
+
     /// Gives the file its name, replacing what had it. Throws Error(Output).
     void commit();
 
 private:
     std::string finalPath_, temporaryPath_;
     int locked_ = -1;  // descriptor; closed once it is committed
+};
+
+/// A file in memory for libraries that write to a path, not all of which notice a full disk: a PNG, TGA, BMP or SGI is
+/// cut off without a word, and libjpeg's writer ends the program. It holds one encoded picture.
+class MemoryFile {
+public:
+    MemoryFile();
+    ~MemoryFile();
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+
+    /// Opens it anew, for this process, as long as this object lives.
+    std::string path() const;
+
+    /// What was written becomes the content of `file`. Throws Error(Output).
+    void writeTo(AtomicFile& file) const;
+
+private:
+    int file_ = -1;
 };
 
 /// Writes `path` at once, whole or not at all. Throws Error(Output).

@@ -145,23 +145,26 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
     std::vector<std::byte> raw;
     const std::size_t tooLarge = pack(image, offsets, pixelBytes, raw);
     AtomicFile file(path);
+    const MemoryFile memory;
     if (format == "webp" && count == 4) {
         std::vector<std::uint8_t> codes(raw.size());
         std::memcpy(codes.data(), raw.data(), raw.size());
         const bool isLossless = image.compression.starts_with("lossless");
         const std::size_t colon = image.compression.find(':');
         const float quality = colon == std::string::npos ? 95.0f : std::stof(image.compression.substr(colon + 1));
-        const std::string fault = writeWebpRgba(file.temporaryPath(), codes, width, height,
+        const std::string fault = writeWebpRgba(memory.path(), codes, width, height,
                                                 isLossless ? std::nullopt : std::optional<float>(quality));
         if (!fault.empty()) throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, fault);
+        memory.writeTo(file);
         file.commit();
         return tooLarge;
     }
-    if (!output->open(file.temporaryPath(), spec))
+    if (!output->open(memory.path(), spec))
         throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
     const bool isWritten = output->write_image(TypeDesc::UNKNOWN, raw.data());
     if (!output->close() || !isWritten)
         throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
+    memory.writeTo(file);
     file.commit();
     return tooLarge;
 }
