@@ -75,8 +75,9 @@ void main()
     vec3 fogLight = vec3(0.0);
 #ifdef FOG
     // Of what a large drop takes out of a beam half is refracted and reflected, half is diffracted straight on
-    // (Babinet): the fog returns the mean of the drop's light and of what is behind it.
-    fogLight = mix(0.5 * (drop + behind), frame.fogColor.rgb, frame.fogColor.a);
+    // (Babinet): the fog returns the mean of the drop's light and of what is behind it. The paper's mode leaves its maps
+    // as they ring, below 0 too.
+    fogLight = mix(max(0.5 * (drop + behind), vec3(0.0)), frame.fogColor.rgb, frame.fogColor.a);
 #endif
 #endif
 
