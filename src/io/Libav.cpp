@@ -48,6 +48,8 @@ Packet makePacket()
     return packet;
 }
 
+std::string urlOf(const std::string& path) { return "file:" + path; }
+
 std::string errorText(int error)
 {
     char text[AV_ERROR_MAX_STRING_SIZE] = {};

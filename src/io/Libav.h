@@ -47,6 +47,8 @@ Packet makePacket();
 
 /// FFmpeg's words for an error number.
 std::string errorText(int error);
+/// A path as FFmpeg's functions want it: what stands before a colon ("take:2.mp4") would be a protocol.
+std::string urlOf(const std::string& path);
 /// Once a process: FFmpeg's own messages go to the detailed log, and those of a decoder with Complaints there too.
 void routeMessages();
 

@@ -60,7 +60,7 @@ AVStream* MovieInput::stream() const { return container_->streams[streamIndex_];
 void MovieInput::reopen()
 {
     AVFormatContext* context = nullptr;
-    int result = avformat_open_input(&context, path().c_str(), nullptr, nullptr);
+    int result = avformat_open_input(&context, urlOf(path()).c_str(), nullptr, nullptr);
     if (result < 0)
         throw Error(ErrorCode::Input, "{}: is not a movie that can be read ({}){}", name_, errorText(result),
                     spool_ ? "; raw pictures have to come with a header: -f nut, -f matroska or -f yuv4mpegpipe" : "");

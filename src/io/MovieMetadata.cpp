@@ -23,7 +23,7 @@ using namespace libav;
 Input openPlateMovie(const std::string& path)
 {
     AVFormatContext* context = nullptr;
-    if (avformat_open_input(&context, path.c_str(), nullptr, nullptr) < 0) return {};
+    if (avformat_open_input(&context, urlOf(path).c_str(), nullptr, nullptr) < 0) return {};
     Input input(context);
     if (avformat_find_stream_info(context, nullptr) < 0) return {};
     return input;

@@ -136,7 +136,7 @@ void MovieOutput::open()
         log::warning("{}: an earlier run was cut off and left {}, which is removed when this one is whole", name_,
                      left);
     file_.emplace(path_);
-    check(avio_open(&context_->pb, file_->temporaryPath().c_str(), AVIO_FLAG_WRITE));
+    check(avio_open(&context_->pb, urlOf(file_->temporaryPath()).c_str(), AVIO_FLAG_WRITE));
     log::detail("{}: until it is whole it is {}, which plays up to the last finished group of pictures", name_,
                 file_->temporaryPath());
 }
@@ -221,7 +221,7 @@ bool MovieOutput::rewrite(AtomicFile& plain, std::string& problem)
     AVDictionary* readOptions = nullptr;
     av_dict_set(&readOptions, "ignore_editlist", "1", 0);
     AVFormatContext* opened = nullptr;
-    int result = avformat_open_input(&opened, file_->temporaryPath().c_str(), nullptr, &readOptions);
+    int result = avformat_open_input(&opened, urlOf(file_->temporaryPath()).c_str(), nullptr, &readOptions);
     av_dict_free(&readOptions);
     const Input input(opened);
     if (result < 0 || input->nb_streams < context_->nb_streams) {
@@ -236,7 +236,7 @@ bool MovieOutput::rewrite(AtomicFile& plain, std::string& problem)
     const Output output(made);
     // The muxer opens the file a second time, by this name, to move the table to the front.
     av_free(output->url);
-    output->url = av_strdup(plain.temporaryPath().c_str());
+    output->url = av_strdup(urlOf(plain.temporaryPath()).c_str());
     for (unsigned i = 0; i < context_->nb_streams; ++i)
         addStreamLike(*output, *context_->streams[i], *input->streams[i]);
     av_dict_copy(&output->metadata, context_->metadata, 0);
@@ -251,7 +251,7 @@ bool MovieOutput::rewrite(AtomicFile& plain, std::string& problem)
         // Edit lists count in the movie's ticks: as fine as the pictures', so that sound stays where it was.
         av_dict_set_int(&options, "movie_timescale", trackTimescale_, 0);
     }
-    result = avio_open(&output->pb, plain.temporaryPath().c_str(), AVIO_FLAG_WRITE);
+    result = avio_open(&output->pb, urlOf(plain.temporaryPath()).c_str(), AVIO_FLAG_WRITE);
     if (result >= 0) result = avformat_write_header(output.get(), &options);
     av_dict_free(&options);
 

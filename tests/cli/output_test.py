@@ -98,6 +98,13 @@ class Outputs(CliTest):
         self.refusedOutput("pipe.mkv", "is a pipe or a device", "-o -")
         os.remove(self.folder / "pipe.mkv")
 
+    def test_namesWithColons(self):
+        """What stands before a colon is no protocol of FFmpeg's."""
+        self.succeeds("rain", "clip.mp4", "-o", "take:2.mp4", *OFF, "--reencode", "--frames", "0-3")
+        self.succeeds("rain", "take:2.mp4", "-o", "http:3.mkv", *OFF, "--frames", "0-3")
+        self.assertEqual(self.leftovers(), [])
+        self.refused(3, "does not exist", "rain", "http://localhost:1/clip.mp4", "-o", "no.mp4")
+
     def test_twoRunsToOneOutput(self):
         """Each ends well, and what lies there is whole and one run's."""
         for name in ("two.mkv", "two.mp4", "two.png"):
