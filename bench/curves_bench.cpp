@@ -20,6 +20,7 @@
 #include <string>
 
 #include "core/Error.h"
+#include "core/Log.h"
 #include "core/Timer.h"
 #include "curves/Knob.h"
 #include "plot/Chart.h"
@@ -225,6 +226,7 @@ Arguments parse(int argc, char** argv)
 
 int main(int argc, char** argv)
 try {
+    log::setLevel(log::Level::Quiet);  // of depth that is resampled, many times over
     const Arguments arguments = parse(argc, argv);
     const std::vector<Clip> clips = readClips(arguments.samples, arguments.footage, arguments.columns);
     Report report(arguments);

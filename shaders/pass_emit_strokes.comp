@@ -57,9 +57,11 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 #ifdef CAMERA_MOTION
     vec3 close = mat3(frame.cameraFromWorldClose) * drop.close;
     float focalClose = frame.lens.y;
+    float focal = sqrt((frame.lens.x * (frame.lens.x + focalClose) + focalClose * focalClose) / 3.0);
 #else
     vec3 close = mat3(frame.cameraFromWorldOpen) * drop.close;
     float focalClose = frame.lens.x;
+    float focal = frame.lens.x;
 #endif
     float depthOpen = -open.z, depthClose = -close.z;
     float depth = 0.5 * (depthOpen + depthClose);
@@ -70,8 +72,9 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 
     vec2 start = frame.lens.zw + frame.lens.x / depthOpen * vec2(open.x, -open.y);
     vec2 end = frame.lens.zw + focalClose / depthClose * vec2(close.x, -close.y);
-    float width = frame.lens.x * drop.diameter / depth;
-    float confusion = frame.lens.x * frame.focus.x * abs(1.0 / depth - frame.focus.y);
+    // So that w^2 is its mean over the exposure: that of f^2 is (f0^2 + f0 f1 + f1^2) / 3, that of 1/z^2 is 1 / (z0 z1).
+    float width = focal * drop.diameter * inversesqrt(depthOpen * depthClose);
+    float confusion = focal * frame.focus.x * abs(1.0 / depth - frame.focus.y);
     // Variances of the drop's and the lens's profiles add.
     float full = sqrt(width * width + confusion * confusion);
     float halfWidth = 0.5 * max(full, 1.0);

@@ -197,6 +197,18 @@ TEST(Renderer, ACameraThatTurns)
     expectWithin(differenceOf(s), {0.002, 0.016, 0.006});
 }
 
+// A lens that zooms and a camera that drives while the shutter is open: a drop covers the mean over the exposure.
+TEST(Renderer, ACameraThatZoomsAndDrives)
+{
+    const test::TemporaryFolder folder;
+    Settings s = rainAlone();
+    s.camera = folder.write("zoom.chan", "5 0 1.6 0 0 0 0 50\n6 0 1.6 -0.5 0 0 0 38\n");
+    s.exposure_s = 1.0 / 25;
+    s.rate_mm_h = 80;
+    s.threshold = 0.003;
+    expectWithin(differenceOf(s), {0.003, 0.02, 0.03});
+}
+
 TEST(Renderer, BlurAndGrade)
 {
     Settings s = rainAlone();
