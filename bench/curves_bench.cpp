@@ -181,7 +181,9 @@ void measure(const Knob& knob, const std::vector<Clip>& clips, const Arguments& 
                 Row row{knob.name, clip.name, value, seed, ours.ms, {}, 1, 1, 1, 1};
                 row.error = pictureError(ours.beauty, truth.beauty, meanOf(clip.frame.pixels));
                 const auto a = momentsOf(ours.effect), b = momentsOf(truth.effect);
-                row.mean = a[0] / b[0], row.variance = a[1] / b[1], row.coarse = a[2] / b[2], row.fine = a[3] / b[3];
+                if (b[1] > 0)  // else there is neither rain nor fog
+                    row.mean = a[0] / b[0], row.variance = a[1] / b[1], row.coarse = a[2] / b[2],
+                    row.fine = a[3] / b[3];
                 report.add(row);
                 const bool isShown = value == knob.standard || value == knob.values.front();
                 if (isShown && seed == 1) report.pictures(knob, clip, value, ours.beauty, truth.beauty);

@@ -1,5 +1,7 @@
 #include "Knob.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -66,6 +68,7 @@ Measured recombined(const Clip& clip, const Settings& settings, int bits)
                                 {});
     const io::RenderedFrame frame = compositor.render(clip.frame);
     Measured result = measuredOf(frame);
+    result.ms = 1e3 * compositor.statistics().renderSeconds;
     result.beauty = layerOf(frame, "plate");
     for (float& value : result.beauty.values()) value = rounded(value, bits);
     for (const char* name : {"fog", "rain"}) {
@@ -85,8 +88,8 @@ auto byReference(const shot::ReferenceOptions& options)
 Knob threshold(double opacity)
 {
     Knob knob;
-    knob.name = opacity == 5 ? "threshold" : "threshold_opacity_" + std::to_string(int(opacity));
-    knob.title = "--threshold at --opacity " + std::to_string(int(opacity));
+    knob.name = opacity == 5 ? "threshold" : fmt::format("threshold_opacity_{:g}", opacity);
+    knob.title = fmt::format("--threshold at --opacity {:g}", opacity);
     knob.against = "every drop within 16 m drawn, none folded into fog";
     knob.values = {0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0003, 0.0001};
     knob.standard = 0.02;
@@ -153,12 +156,16 @@ std::vector<Knob> knobs()
 
     Knob order;
     order.name = "env-order";
-    order.title = "--env-order (7 is what auto takes here)";
-    order.against = "the panorama integrated for each pixel; 400 mm/h, so that the light counts";
+    order.title = "--env-order, which auto takes for 8 here";
+    order.against = "the panorama integrated for each pixel; 400 mm/h without fog, so that the strokes' light counts";
     order.values = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 64};
-    order.standard = 7;
+    order.standard = 8;
     order.hasSeeds = false;
-    order.prepare = [](Settings& s) { s.rate_mm_h = 400; };
+    order.prepare = [](Settings& s) {
+        s.rate_mm_h = 400;
+        s.fog_1_m = 0;
+        s.threshold = 0.005;
+    };
     order.render = [](const Clip& clip, Settings s, double value) {
         s.envOrder = value;
         return renderClip(clip, s);
@@ -168,7 +175,7 @@ std::vector<Knob> knobs()
 
     Knob blur;
     blur.name = "blur";
-    blur.title = "--blur: two passes out to 3 sigma";
+    blur.title = "--blur, which is off by default: two passes out to 3 sigma";
     blur.unit = "px";
     blur.against = "one sum over both directions out to 5 sigma";
     blur.values = {0.25, 0.5, 1, 2, 4, 8};
