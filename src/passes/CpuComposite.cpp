@@ -143,8 +143,9 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
                         lit = drop + detail * c.boost.x;
                         lit = lit > 0.0f ? lit : Pixel{};
                     }
-                    // Half of what a large drop takes out of a beam is diffracted straight on (Babinet).
-                    const Pixel mean = (drop + low) * 0.5f;
+                    // Half of what a large drop takes out of a beam is diffracted straight on (Babinet). The paper's
+                    // mode leaves its maps as they ring, below 0 too.
+                    const Pixel half = (drop + low) * 0.5f, mean = half > 0.0f ? half : Pixel{};
                     const Pixel fogLight = mean + (fogColor - mean) * fixedFog;
                     if (f.fog) {
                         fog = withAlpha(fogLight, coverage.fogAlpha[i]);

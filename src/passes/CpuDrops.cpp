@@ -68,6 +68,7 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     const bool moves = frame.features.cameraMotion;
     const lanes::Vec3 close = turned(moves ? c.cameraFromWorldClose : c.cameraFromWorldOpen, drop.close);
     const float focalClose = moves ? c.lens.y : c.lens.x;
+    const float focal = std::sqrt((c.lens.x * (c.lens.x + focalClose) + focalClose * focalClose) / 3);
     p.depthOpen = -open.z;
     p.depthClose = -close.z;
     p.depth = (p.depthOpen + p.depthClose) * 0.5f;
@@ -81,8 +82,10 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     p.startY = Float(c.lens.w) - perOpen * open.y;
     p.endX = Float(c.lens.z) + perClose * close.x;
     p.endY = Float(c.lens.w) - perClose * close.y;
-    p.width = drop.diameter * c.lens.x / p.depth;
-    const Float confusion = lanes::abs(Float(1.0f) / p.depth - c.focus.y) * (c.lens.x * c.focus.x);
+    // So that w^2 is its mean over the exposure: that of f^2 is (f0^2 + f0 f1 + f1^2) / 3, that of 1/z^2 is 1 / (z0
+    // z1).
+    p.width = drop.diameter * focal / lanes::sqrt(p.depthOpen * p.depthClose);
+    const Float confusion = lanes::abs(Float(1.0f) / p.depth - c.focus.y) * (focal * c.focus.x);
     p.halfWidth = lanes::max(lanes::sqrt(p.width * p.width + confusion * confusion), 1.0f) * 0.5f;
     p.blur = lanes::pick(confusion > 1.0f, confusion * 0.25f, 0.0f);
     const Float margin = p.halfWidth + p.blur + 1.0f;
