@@ -146,7 +146,7 @@ class Formats(CliTest):
     def test_smallAndLong(self):
         """1x1, 1xN and 16384x16."""
         for extension in ("exr", "png", "tif", "dpx", "jpg", "hdr", "webp", "tga", "bmp", "ppm", "sgi"):
-            for width, height in ((1, 1), (1, 37), (37, 1), (16384, 16)):
+            for width, height in ((1, 1), (1, 37), (16384, 16)):
                 if extension == "webp" and width == 16384:
                     continue  # 16383 are most
                 with self.subTest(extension, width=width, height=height):
