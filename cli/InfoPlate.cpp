@@ -108,6 +108,7 @@ std::string movieText(const json& r)
                                                 light["max_average_cd_m2"].get<unsigned>()));
     if (!r["dolby_vision_profile"].is_null())
         text += line("Dolby Vision", fmt::format("profile {}", r["dolby_vision_profile"].get<int>()));
+    if (!r["clean_aperture"].is_null()) text += line("clean part", r["clean_aperture"].get<std::string>());
     if (!r["timecode"].is_null()) text += line("timecode", r["timecode"].get<std::string>());
     if (r["orientation"] != "upright") text += line("shown", r["orientation"].get<std::string>());
     for (const json& stream : r["streams"]) text += streamText(stream);
@@ -145,7 +146,10 @@ json plateReport(const std::string& file, const std::string& ocio, std::optional
                    {"colorspace_source", info.colorspaceSource},
                    {"working_colorspace", info.workingColorspace},
                    {"ocio", info.colors->origin()}};
-    if (const auto facts = io::movieFacts(*reader)) addMovie(*facts, report);
+    if (const auto facts = io::movieFacts(*reader)) {
+        addMovie(*facts, report);
+        report["clean_aperture"] = orNull(info.cleanAperture);
+    }
     return report;
 }
 

@@ -61,6 +61,8 @@ TAIL = """
 - **Copied packets** are not decoded: damage in them goes along, and a plate that is turned to be shown keeps its turn.
 - **Sound** is copied, and is in time to the sample, through any number of generations (`tests/cli/movie_sound_test.py`). Matroska cannot hide part of a packet:
   priming that is no whole number of packets (Apple's AAC: two and 64 samples), and the start of sound after a cut, are to the nearest packet there.
+- **Clean apertures** (MP4's `clap`, Matroska's PixelCrop) are told, not applied, and not written again, copied packets included: FFmpeg's muxers have no
+  place for them.
 - **Pipes in** are spooled into a file first ($TMPDIR), as frames are asked for by number. **Pipes out** take containers that need no way back.
 - **Killed**: MP4 and MOV are written as fragments under `.NAME.partial-HOST-PID-N.mp4` and rewritten when whole; Matroska, MPEG-TS, AVI and NUT play as far
   as they go; MXF does not. The next run to that output names what a killed one left, and removes it when its own is whole.

@@ -11,6 +11,7 @@ extern "C" {
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "io/CleanAperture.h"
 #include "io/ColorConversion.h"
 
 namespace virga::io {
@@ -195,6 +196,20 @@ void describeTime(const MovieInput& input, const PictureIndex& index, const Read
     movie.info.isVariableRate = origin.isVariableRate;
 }
 
+/// Pictures are taken whole, as other programs do, and as depth and mattes fit them.
+void describeAperture(const MovieInput& input, MovieDescription& movie)
+{
+    const auto aperture = cleanApertureOf(input.path(), input.container()->iformat->name, *input.stream(),
+                                          movie.codedWidth, movie.codedHeight);
+    if (!aperture) return;
+    movie.info.cleanAperture =
+        fmt::format("{:g} x {:g} at {:g},{:g}", aperture->width, aperture->height, aperture->left, aperture->top);
+    log::warning(
+        "{}: asks to be shown cropped to its clean aperture, {} of {} x {}; it is taken whole, and the result does "
+        "not ask for it",
+        input.name(), movie.info.cleanAperture, movie.codedWidth, movie.codedHeight);
+}
+
 }  // namespace
 
 Scan scanOf(const AVFrame& picture)
@@ -216,6 +231,7 @@ MovieDescription describeMovie(const MovieInput& input, const PictureIndex& inde
     movie.origin.streamIndex = input.streamIndex();
     movie.origin.timecode = findTimecode(input);
     describePixels(input, first, movie);
+    describeAperture(input, movie);
     describeTags(input, first, movie);
     describeTime(input, index, options, movie);
     movie.colorClaim = colorClaimOf(movie.origin.transfer, movie.origin.primaries, movie.origin.matrix);

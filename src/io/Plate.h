@@ -76,7 +76,8 @@ struct PlateInfo {
     bool hasOverscan = false;  ///< its picture reaches beyond the display window, which is `width` wide
     int overscanX = 0, overscanY = 0;  ///< how far, on the farther side, of the first frame; at most the frame's own size
     std::vector<std::string> videoStreams;      ///< of a movie, each in words; ReadOptions::stream counts them
-    bool isDeinterlaced = false;                ///< ReadOptions::deinterlace was asked for and done
+    std::string cleanAperture;    ///< of a movie, in words: what is to be shown of the picture; empty: all
+    bool isDeinterlaced = false;  ///< ReadOptions::deinterlace was asked for and done
 };
 
 /// Metadata, time stamps, source pixels: what a frame carries through to the writer untouched. Opaque above io.
