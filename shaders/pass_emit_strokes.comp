@@ -51,6 +51,10 @@ uint strokeLayer(float beadCycles, float strength, float random)
     return uint(group * variants + variant);
 }
 
+/// What strokes are widened to [px]. Rows are integrated exactly over pixels, however narrow a stroke is; this only keeps
+/// its width from vanishing.
+const float narrowest = 0.05;
+
 bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
 {
     vec3 open = mat3(frame.cameraFromWorldOpen) * drop.open;
@@ -77,7 +81,7 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     float confusion = focal * frame.focus.x * abs(1.0 / depth - frame.focus.y);
     // Variances of the drop's and the lens's profiles add.
     float full = sqrt(width * width + confusion * confusion);
-    float halfWidth = 0.5 * max(full, 1.0);
+    float halfWidth = 0.5 * max(full, narrowest);
 
     // Less than a pixel of blur along the path changes nothing that a pixel shows.
     float blur = confusion > 1.0 ? 0.25 * confusion : 0.0;

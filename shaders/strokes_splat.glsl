@@ -71,7 +71,7 @@ struct Walk {
     int columns;       // of the picture, along a row
     float middle;      // column at row coordinate 0
     float slope;       // columns a row
-    float halfWidth;   // along a row [px]
+    float halfWidth;   // along a row [px], where the path does not move aside
     float start, stretch;  // row where the stroke's mass begins; 1 / rows to its end
     float direction;   // +1: v grows with the row
 };
@@ -123,16 +123,22 @@ void splatRow(Stroke stroke, Walk walk, int row, float share)
     float mass = stroke.body.y * share;
     if (mass * opticalDepthSteps < 0.5) return;
 
-    float centre = float(row) + 0.5;
+    // The part of the row that the stroke crosses, and how far to the side it goes in it. A parabola of half width h has
+    // the variance h^2 / 5, a way of length w walked evenly w^2 / 12: variances add.
+    float low = max(float(row), walk.start - stroke.look.w);
+    float high = min(float(row) + 1.0, walk.start + 1.0 / walk.stretch + stroke.look.w);
+    float centre = 0.5 * (low + high);
+    float aside = walk.slope * max(high - low, 0.0);
+    float halfWidth = sqrt(walk.halfWidth * walk.halfWidth + 0.41666667 * aside * aside);
     float v = clamp((centre - walk.start) * walk.stretch, 0.0, 1.0);
     if (walk.direction < 0.0) v = 1.0 - v;
     float depth = mix(stroke.body.z, stroke.body.w, v);
     float middle = walk.middle + walk.slope * centre;
-    float inverse = 1.0 / walk.halfWidth;
+    float inverse = 1.0 / halfWidth;
     // A drop wide and sharp enough shows its matte: the same mass a row, spread as the matte's row is.
     float tile = 2.0 * stroke.look.z * frame.atlasSize.z * walk.halfWidth;  // the tile's width in this row [px]
     bool resolved = tile > resolvedTile && stroke.look.z > 0.75;
-    float reachHalf = resolved ? 0.5 * tile : walk.halfWidth;
+    float reachHalf = resolved ? 0.5 * tile : halfWidth;
     vec2 reach = clamp(vec2(floor(middle - reachHalf), floor(middle + reachHalf) + 1.0), vec2(0.0), vec2(walk.columns));
     float before = acrossIntegral((reach.x - middle) * inverse);
     for (int column = int(reach.x); column < int(reach.y); ++column) {

@@ -102,14 +102,14 @@ TEST(Renderer, Strokes)
 {
     Settings s = rainAlone();
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s), {0.004, 0.05, 0.005});
+    expectWithin(differenceOf(s), {0.0003, 0.004, 0.002});
 }
 
 TEST(Renderer, StrokesOfPlainDrops)
 {
     Settings s = rainAlone();
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s, {.allDrops = false, .samples = 16, .plainDrops = true}), {0.004, 0.05, 0.005});
+    expectWithin(differenceOf(s, {.allDrops = false, .samples = 16, .plainDrops = true}), {0.0012, 0.016, 0.002});
 }
 
 TEST(Renderer, LongExposure)
@@ -118,7 +118,7 @@ TEST(Renderer, LongExposure)
     s.exposure_s = 1.0 / 24;
     s.rate_mm_h = 80;
     s.threshold = 0.002;
-    expectWithin(differenceOf(s), {0.002, 0.012, 0.002});
+    expectWithin(differenceOf(s), {0.0007, 0.006, 0.0015});
 }
 
 TEST(Renderer, FrozenDrops)
@@ -126,14 +126,14 @@ TEST(Renderer, FrozenDrops)
     Settings s = rainAlone();
     s.exposure_s = 0;
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s), {0.007, 0.07, 0.008});
+    expectWithin(differenceOf(s), {0.0005, 0.011, 0.002});
 }
 
 TEST(Renderer, Opaque)
 {
     Settings s = rainAlone();
     s.opacity = 60;
-    expectWithin(differenceOf(s), {0.04, 0.35, 0.002});
+    expectWithin(differenceOf(s), {0.002, 0.023, 0.002});
 }
 
 TEST(Renderer, Fog)
@@ -141,7 +141,7 @@ TEST(Renderer, Fog)
     Settings s = rainAlone();
     s.fog_1_m.reset();
     s.rate_mm_h = 100;
-    expectWithin(differenceOf(s), {0.004, 0.04, 0.01});
+    expectWithin(differenceOf(s), {0.0009, 0.007, 0.002});
 }
 
 TEST(Renderer, DepthEdgesAndGroundFog)
@@ -151,7 +151,7 @@ TEST(Renderer, DepthEdgesAndGroundFog)
     s.fog_1_m = 0.02;
     s.threshold = 0.004;
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s), {0.005, 0.04, 0.002});
+    expectWithin(differenceOf(s), {0.001, 0.007, 0.001});
 }
 
 TEST(Renderer, OutOfFocus)
@@ -171,7 +171,7 @@ TEST(Renderer, Lamps)
     s.lights = folder.write("lamps.toml", "[[light]]\nposition = [1, 1, -12]\nintensity = [3, 2, 1]\n");
     s.rate_mm_h = 80;
     s.fog_1_m = 0.01;
-    expectWithin(differenceOf(s), {0.003, 0.03, 0.005});
+    expectWithin(differenceOf(s), {0.0012, 0.007, 0.002});
 }
 
 TEST(Renderer, WindGustsAndTurbulence)
@@ -183,7 +183,7 @@ TEST(Renderer, WindGustsAndTurbulence)
     s.exposure_s = 1.0 / 48;
     s.rate_mm_h = 80;
     s.threshold = 0.005;
-    expectWithin(differenceOf(s), {0.001, 0.007, 0.003});
+    expectWithin(differenceOf(s), {0.0004, 0.003, 0.002});
 }
 
 TEST(Renderer, ACameraThatTurns)
@@ -218,7 +218,7 @@ TEST(Renderer, BlurAndGrade)
     s.blurDistance_m = 5;
     s.darken = 0.3;
     s.desaturate = 0.4;
-    expectWithin(differenceOf(s), {0.004, 0.04, 0.015});
+    expectWithin(differenceOf(s), {0.001, 0.004, 0.002});
 }
 
 }  // namespace
