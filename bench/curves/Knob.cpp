@@ -139,7 +139,7 @@ std::vector<Knob> knobs()
     Knob strokes;
     strokes.name = "strokes";
     strokes.title = "strokes: rendered N x N times as large and averaged";
-    strokes.unit = "N";
+    strokes.unit = "times";
     strokes.against = "the same drops, all within 6 m, sampled 24 x 24 times a pixel";
     strokes.values = {1, 2, 3, 4, 6};
     strokes.standard = 1;
