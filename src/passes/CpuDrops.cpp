@@ -60,6 +60,9 @@ struct Paths {
     Mask isSeen;
 };
 
+/// What strokes are widened to [px], as in pass_emit_strokes.comp.
+constexpr float narrowest = 0.05f;
+
 VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const eight::DropClass& dropClass)
 {
     const shared::FrameConstants& c = frame.constants;
@@ -86,7 +89,7 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     // z1).
     p.width = drop.diameter * focal / lanes::sqrt(p.depthOpen * p.depthClose);
     const Float confusion = lanes::abs(Float(1.0f) / p.depth - c.focus.y) * (focal * c.focus.x);
-    p.halfWidth = lanes::max(lanes::sqrt(p.width * p.width + confusion * confusion), 1.0f) * 0.5f;
+    p.halfWidth = lanes::max(lanes::sqrt(p.width * p.width + confusion * confusion), narrowest) * 0.5f;
     p.blur = lanes::pick(confusion > 1.0f, confusion * 0.25f, 0.0f);
     const Float margin = p.halfWidth + p.blur + 1.0f;
     p.isSeen = p.isSeen & (lanes::max(p.startX, p.endX) + margin >= 0.0f) &

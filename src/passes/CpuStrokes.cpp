@@ -25,10 +25,10 @@ VIRGA_INLINE float acrossIntegral(float x)
 /// The rows that a stroke crosses, and how it lies in them. Rows are picture rows where it is steep, else columns.
 struct Walk {
     bool steep;
-    int firstRow, lastRow;        // one past the last
-    int firstColumn, lastColumn;  // that may be written
-    float middle, slope, halfWidth, start, stretch;
-    bool isDownwards;  // v grows with the row
+    int firstRow, lastRow;                           // one past the last
+    int firstColumn, lastColumn;                     // that may be written
+    float middle, slope, halfWidth, start, stretch;  // halfWidth: where the path does not move aside
+    bool isDownwards;                                // v grows with the row
     const float* prefix;
     float prefixRows;
     const float* densities;
@@ -135,16 +135,22 @@ struct Splat {
     {
         const float mass = stroke.body.y * share;
         if (mass * opticalDepthSteps < 0.5f) return;
-        const float centre = float(row) + 0.5f;
+        // The part of the row that the stroke crosses, and how far to the side it goes in it. A parabola of half width
+        // h has the variance h^2 / 5, a way of length w walked evenly w^2 / 12: variances add.
+        const float low = std::max(float(row), walk.start - stroke.look.w);
+        const float high = std::min(float(row) + 1.0f, walk.start + 1.0f / walk.stretch + stroke.look.w);
+        const float centre = 0.5f * (low + high);
+        const float aside = walk.slope * std::max(high - low, 0.0f);
+        const float halfWidth = std::sqrt(walk.halfWidth * walk.halfWidth + 0.41666667f * aside * aside);
         float v = std::clamp((centre - walk.start) * walk.stretch, 0.0f, 1.0f);
         if (!walk.isDownwards) v = 1.0f - v;
         const float depth = stroke.body.z + (stroke.body.w - stroke.body.z) * v;
         const float middle = walk.middle + walk.slope * centre;
-        const float inverse = 1.0f / walk.halfWidth;
+        const float inverse = 1.0f / halfWidth;
         // A drop wide and sharp enough shows its matte: the same mass a row, spread as the matte's row is.
         const float tile = 2.0f * stroke.look.z * frame.mattes.acrossDiameters * walk.halfWidth;
         const bool isResolved = tile > resolvedTile && stroke.look.z > 0.75f;
-        const float reach = isResolved ? 0.5f * tile : walk.halfWidth;
+        const float reach = isResolved ? 0.5f * tile : halfWidth;
         const auto first = int(std::clamp(std::floor(middle - reach), float(walk.firstColumn), float(walk.lastColumn)));
         const auto last =
             int(std::clamp(std::floor(middle + reach) + 1.0f, float(walk.firstColumn), float(walk.lastColumn)));
