@@ -18,7 +18,7 @@ struct RainDirection {
 /// left comes from the strokes' ends and from whatever is no stroke, so the sum is taken again over the gradients that
 /// are nearly at right angles to the direction found (biweight, 20 degrees): 0.06 degrees rms over slants of 0 to 80
 /// (tests/matte/rain_direction_test.cpp). White noise adds the same to both axes and does not turn it.
-/// Pictures narrower than 7 pixels, or constant ones: slant 0, coherence 0.
+/// Pictures narrower than 9 pixels, or constant ones: slant 0, coherence 0.
 RainDirection rainDirection(std::span<const ImageF> alphas);
 
 }  // namespace virga::matte

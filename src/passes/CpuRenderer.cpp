@@ -21,6 +21,22 @@ namespace virga::passes {
 
 using namespace cpu;
 
+namespace {
+
+/// What a thread spends on its bands [ms].
+struct BandTimes {
+    double strokes = 0, splashes = 0, composite = 0;
+    double all() const { return strokes + splashes + composite; }
+    void add(const BandTimes& other)
+    {
+        strokes += other.strokes;
+        splashes += other.splashes;
+        composite += other.composite;
+    }
+};
+
+}  // namespace
+
 struct CpuRenderer::Impl {
     cpu::Frame frame;
     ImageF radiance, lowPass;
@@ -35,7 +51,8 @@ struct CpuRenderer::Impl {
     void makeLayers();
     void emit(const particles::CellList& cells);
     void emitAllSplashes();
-    void drawBand(int number, BandSums& band, ImageView<float> picture);
+    void drawBands(ImageView<float> picture);
+    void drawBand(int number, BandSums& band, ImageView<float> picture, BandTimes& times);
     void keepNearest(const BandSums& band);
 };
 
@@ -125,8 +142,33 @@ void CpuRenderer::Impl::emitAllSplashes()
     for (const SplashList& list : splashLists) splashes += list.splashes.size();
 }
 
-void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> picture)
+/// Strokes, splashes and composite run in turn within each band. The whole's time is shared among them as the threads'
+/// own times are.
+void CpuRenderer::Impl::drawBands(ImageView<float> picture)
 {
+    const Timer timer;
+    std::mutex mutex;
+    BandTimes all;
+    parallelFor(0, bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        BandSums band;
+        BandTimes times;
+        for (auto number = int(first); number < int(last); ++number) drawBand(number, band, picture, times);
+        const std::lock_guard lock(mutex);
+        all.add(times);
+    });
+    const double share = timer.milliseconds() / std::max(all.all(), 1e-6);
+    if (frame.features.rain) passMs["strokes"] += share * all.strokes;
+    if (frame.features.splashes) passMs["splashes"] += share * all.splashes;
+    passMs["composite"] += share * all.composite;
+}
+
+void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> picture, BandTimes& times)
+{
+    Timer timer;
+    const auto take = [&](double& time) {
+        time += timer.milliseconds();
+        timer.restart();
+    };
     const Features& f = frame.features;
     band.firstRow = number * bandRows;
     band.lastRow = std::min(band.firstRow + bandRows, frame.height());
@@ -140,12 +182,15 @@ void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> pi
         }
         for (const StrokeList& list : lists) splatStrokes(frame, list, std::size_t(number), band);
         if (f.nearest) keepNearest(band);
+        take(times.strokes);
     }
     if (f.splashes) {
         band.splashSums.assign(pixels * std::size_t(band.perPixel), 0);
         for (const SplashList& list : splashLists) splatSplashes(frame, list, std::size_t(number), band);
+        take(times.splashes);
     }
     compositeBand(frame, band, picture, layers);
+    take(times.composite);
 }
 
 void CpuRenderer::Impl::keepNearest(const BandSums& band)
@@ -169,7 +214,7 @@ void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants&
     const auto timed = [&](const char* name, auto&& work) {
         const Timer timer;
         work();
-        m.passMs[name] = timer.milliseconds();
+        m.passMs[name] += timer.milliseconds();
     };
     m.passMs.clear();
     m.makeLayers();
@@ -188,12 +233,7 @@ void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants&
                 });
             blurPicture(m.frame, picture);
         });
-    timed("picture", [&] {
-        parallelFor(0, m.bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            BandSums band;
-            for (auto number = int(first); number < int(last); ++number) m.drawBand(number, band, picture);
-        });
-    });
+    m.drawBands(picture);
 }
 
 std::size_t CpuRenderer::strokeCount() const { return impl_->strokes; }

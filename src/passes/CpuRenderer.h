@@ -41,8 +41,7 @@ public:
 
     // Of the last frame.
     std::size_t strokeCount() const, splashCount() const;
-    const std::map<std::string, double>& passMs() const;  ///< "light", "drops", "splashes" (listed), "blur", "picture"
-                                                          ///< (strokes, splashes, composite)
+    const std::map<std::string, double>& passMs() const;      ///< by the names of the GL passes
     ImageF takeRain(), takeSplash(), takeFog(), takePlate();  ///< features.layers
     ImageF takeNearestDepth(), takeNearestMotion();           ///< features.nearest; as FrameTargets'
 

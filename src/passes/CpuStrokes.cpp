@@ -28,10 +28,18 @@ struct Walk {
     int firstRow, lastRow;                           // one past the last
     int firstColumn, lastColumn;                     // that may be written
     float middle, slope, halfWidth, start, stretch;  // halfWidth: where the path does not move aside
-    bool isDownwards;                                // v grows with the row
+    float end, insideHalfWidth, insideInverse;  // row where the mass ends; half width in rows crossed whole, and 1 / it
+    bool isDownwards;                           // v grows with the row
     const float* prefix;
     float prefixRows;
     const float* densities;
+
+    /// Where the path crosses so much of a row.
+    VIRGA_INLINE float halfWidthOver(float rows) const
+    {
+        const float aside = slope * rows;
+        return std::sqrt(halfWidth * halfWidth + 0.41666667f * aside * aside);
+    }
 };
 
 VIRGA_INLINE Walk walkOf(const Frame& frame, const shared::Stroke& stroke, const BandSums& band)
@@ -55,6 +63,9 @@ VIRGA_INLINE Walk walkOf(const Frame& frame, const shared::Stroke& stroke, const
     walk.middle = 0.5f * (a.x + b.x) - walk.slope * 0.5f * (a.y + b.y);
     walk.start = top;
     walk.stretch = 1.0f / std::max(bottom - top, 1e-3f);
+    walk.end = top + std::max(bottom - top, 1e-3f);
+    walk.insideHalfWidth = walk.halfWidthOver(1.0f);
+    walk.insideInverse = 1.0f / walk.insideHalfWidth;
     walk.isDownwards = b.y >= a.y;
     const int lowRow = walk.steep ? band.firstRow : 0, highRow = walk.steep ? band.lastRow : frame.width();
     walk.firstRow = int(std::clamp(std::floor(top - stroke.look.w), float(lowRow), float(highRow)));
@@ -138,15 +149,17 @@ struct Splat {
         // The part of the row that the stroke crosses, and how far to the side it goes in it. A parabola of half width
         // h has the variance h^2 / 5, a way of length w walked evenly w^2 / 12: variances add.
         const float low = std::max(float(row), walk.start - stroke.look.w);
-        const float high = std::min(float(row) + 1.0f, walk.start + 1.0f / walk.stretch + stroke.look.w);
+        const float high = std::min(float(row) + 1.0f, walk.end + stroke.look.w);
         const float centre = 0.5f * (low + high);
-        const float aside = walk.slope * std::max(high - low, 0.0f);
-        const float halfWidth = std::sqrt(walk.halfWidth * walk.halfWidth + 0.41666667f * aside * aside);
+        float halfWidth = walk.insideHalfWidth, inverse = walk.insideInverse;
+        if (high - low < 1.0f) {
+            halfWidth = walk.halfWidthOver(std::max(high - low, 0.0f));
+            inverse = 1.0f / halfWidth;
+        }
         float v = std::clamp((centre - walk.start) * walk.stretch, 0.0f, 1.0f);
         if (!walk.isDownwards) v = 1.0f - v;
         const float depth = stroke.body.z + (stroke.body.w - stroke.body.z) * v;
         const float middle = walk.middle + walk.slope * centre;
-        const float inverse = 1.0f / halfWidth;
         // A drop wide and sharp enough shows its matte: the same mass a row, spread as the matte's row is.
         const float tile = 2.0f * stroke.look.z * frame.mattes.acrossDiameters * walk.halfWidth;
         const bool isResolved = tile > resolvedTile && stroke.look.z > 0.75f;

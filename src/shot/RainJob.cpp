@@ -239,7 +239,7 @@ std::string explain(const FramePlan& plan, const CompositorStatistics* statistic
         text += fmt::format("{:<17} {:<8} {:<10} {}\n", pass.name, pass.runs ? "on" : "skipped",
                             pass.runs ? cost(pass.name) : "", pass.why);
     if (statistics != nullptr && statistics->frames > 0)
-        for (const char* step : {"cells", "inputs", "drops", "picture", "upload", "read-back"})
+        for (const char* step : {"cells", "inputs", "drops", "upload", "read-back"})
             if (const std::string ms = cost(step); !ms.empty())
                 text += fmt::format("{:<17} {:<8} {}\n", step, "on", ms);
     return text;
