@@ -33,6 +33,12 @@ inline float opticalDepthOf(float alpha)
     return alpha < 0.01f ? alpha * (1.0f + alpha * (0.5f + alpha * (1.0f / 3.0f))) : -std::log(1.0f - alpha);
 }
 
+/// The steps of a sum, nearest, as the shaders round them: 0 <= value < 2^31.
+inline std::uint32_t steps(float value)
+{
+    return std::uint32_t(std::int32_t(value + 0.5f));  // NOLINT(bugprone-incorrect-roundings): lround is a call
+}
+
 struct Frame {
     Features features;
     shared::FrameConstants constants;

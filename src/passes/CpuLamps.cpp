@@ -39,10 +39,11 @@ using lanes::sqrt;
 /// D(theta) between the table's entries, which stand at the middles of equal steps.
 glm::vec3 transferAt(const std::vector<float>& table, float theta)
 {
-    const auto entries = float(table.size() / 3);
+    const std::size_t count = table.size() / 3;
+    const auto entries = float(count);
     const float place = theta * std::numbers::inv_pi_v<float> * entries - 0.5f;
     const float at = place > 0 ? std::min(place, entries - 1) : 0;  // 0 for a drop in the lens, which has no direction
-    const auto left = std::size_t(at), right = std::min(left + 1, table.size() / 3 - 1);
+    const auto left = std::size_t(at), right = std::min(left + 1, count - 1);
     const float t = at - float(left);
     glm::vec3 value;
     for (std::size_t k = 0; k < 3; ++k)

@@ -186,16 +186,15 @@ struct Drawer {
         // A splash stands before the ground that it hits; only what is clearly nearer hides it.
         if (splash.place.w > frame.depth.row(y)[x] * 1.02f + 0.05f) return;
         const float optical = opticalDepthOf(std::min(alpha, 0.9f)) * opticalDepthSteps * splash.look.w;
-        const auto steps = std::uint32_t(optical + 0.5f);
-        if (steps == 0) return;
+        const std::uint32_t whole = steps(optical);
+        if (whole == 0) return;
         std::uint32_t* sums =
             band.splashSums.data() +
             (std::size_t(y - band.firstRow) * std::size_t(frame.width()) + std::size_t(x)) * std::size_t(band.perPixel);
-        sums[0] += steps;
-        if (frame.features.fog) sums[1] += std::uint32_t(optical * splash.light.x + 0.5f);
+        sums[0] += whole;
+        if (frame.features.fog) sums[1] += steps(optical * splash.light.x);
         if (frame.features.lights)
-            for (int k = 0; k < 3; ++k)
-                sums[frame.lampSums() + k] += std::uint32_t(optical * splash.light[k + 1] + 0.5f);
+            for (int k = 0; k < 3; ++k) sums[frame.lampSums() + k] += steps(optical * splash.light[k + 1]);
     }
 
     /// Pixels from `low` to `high`, both included, inside the band.

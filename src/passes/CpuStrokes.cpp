@@ -13,9 +13,6 @@ namespace {
 
 constexpr float resolvedTile = 8;  // [px], as in strokes_splat.glsl
 
-/// The steps of a float that is not negative, nearest.
-VIRGA_INLINE std::uint32_t steps(float value) { return std::uint32_t(std::int32_t(value + 0.5f)); }
-
 VIRGA_INLINE float acrossIntegral(float x)
 {
     x = std::clamp(x, -1.0f, 1.0f);
@@ -130,7 +127,7 @@ struct Splat {
         sums[0] += whole;
         if constexpr (HasFog) sums[1] += steps(optical * stroke.look.y);
         if constexpr (HasLamps)
-            for (int k = 0; k < 3; ++k) sums[lampSums + std::size_t(k)] += std::uint32_t(optical * (*lamps)[k] + 0.5f);
+            for (int k = 0; k < 3; ++k) sums[lampSums + std::size_t(k)] += steps(optical * (*lamps)[k]);
         if constexpr (HasNearest) {
             float& nearest = band.nearestDepth[pixel];
             if (alpha < visibleInData || depth > nearest) return;
