@@ -372,6 +372,11 @@ class Windows(ExrTest):
 
 
 class Types(ExrTest):
+    def test_deepIsRefused(self):
+        subprocess.run(["oiiotool", "--create", "8x8", "5", "--chnames", "R,G,B,A,Z", "--deepen", "-o", str(self.folder / "deep.exr")],
+                       check=True, capture_output=True, timeout=60)
+        self.refused(3, ["deep.exr", "deep image", "flatten"], "rain", "--quiet", "deep.exr", "-o", "flat.exr", *OFF)
+
     def test_eachChannelItsOwn(self):
         names, kinds = ["R", "G", "B", "A", "Z", "id", "mask.x"], ["half", "half", "half", "half", "float", "uint", "half"]
         pixels = np.dstack([street(48, 32), noise(48, 32, 3)])

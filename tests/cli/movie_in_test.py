@@ -227,6 +227,25 @@ class Pipes(CliTest):
         self.assertTrue(subprocess.run(["ffprobe", "-v", "error", "-select_streams", "a", "-show_entries", "stream=codec_name",
                                         "-of", "csv=p=0", self.path("same.mkv")], capture_output=True).stdout.startswith(b"flac"))
 
+    def test_imagesOneAfterTheOther(self):
+        """FFmpeg's image2pipe: pictures in a row, without anything that says where one ends."""
+        for codec, pixelFormat in (("png", "rgb24"), ("png", "rgb48be"), ("bmp", "bgr24"), ("ppm", "rgb24")):
+            with self.subTest(codec=codec, pixelFormat=pixelFormat):
+                ffmpeg("-i", self.path("clip.mkv"), "-an", "-f", "image2pipe", "-c:v", codec, "-pix_fmt", pixelFormat,
+                       self.folder / "pictures")
+                with open(self.folder / "pictures", "rb") as pictures:
+                    done = subprocess.run([VIRGA, "rain", "--quiet", "-", "-o", "same.mkv", "--codec", "ffv1", "--fps", "25", *OFF],
+                                          cwd=self.folder, stdin=pictures, capture_output=True, text=True, timeout=120)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                def hashes(*source):
+                    lines = subprocess.run(["ffmpeg", "-v", "error", *source, "-pix_fmt", "gbrp16le", "-f", "framemd5", "-"],
+                                           capture_output=True, text=True, check=True).stdout.splitlines()
+                    return [line.split(",")[-1] for line in lines if not line.startswith("#")]
+
+                wanted = hashes("-f", "image2pipe", "-c:v", codec, "-i", self.path("pictures"))
+                self.assertGreater(len(wanted), 2)
+                self.assertEqual(hashes("-i", self.path("same.mkv")), wanted)
+
     def test_fileAsStandardInput(self):
         with open(self.folder / "clip.mkv", "rb") as clip:
             done = subprocess.run([VIRGA, "rain", "--quiet", "-", "-o", "same.mkv", "--codec", "ffv1", *OFF], cwd=self.folder,
