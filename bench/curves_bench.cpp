@@ -1,12 +1,11 @@
 // Run time against error, for the knobs that trade one for the other, against the reference (src/reference).
-//   bench_curves OUT [--samples DIR] [--footage DIR] [--only KNOB] [--columns N] [--seeds N]
+//   bench_curves OUT [--samples DIR] [--footage DIR] [--only KNOB] [--columns N] [--seeds N] [--opacity X]
 // OUT gets curves.csv, a chart for each knob (KNOB.svg), index.html with charts, tables and pictures side by side, and
 // the pictures (PNG; differences from the truth ten times as large, on grey). --footage (or VIRGA_FOOTAGE_DIR) adds
 // clips. One frame of each clip, about 96 columns, three seeds. Error is of the beauty in scene-linear light: RMSE and
 // maximum over the plate's mean, and mean FLIP. Of what rain and fog change (beauty - plate) the mean, the variance and
 // the power in coarse and fine spatial frequencies (below and above an eighth of a cycle a pixel) are compared, as
-// ratios to the truth's. Time is the renderer's on this machine, llvmpipe, read-back included, the median of five
-// frames.
+// ratios to the truth's. Time is the renderer's on this machine's processor (--device cpu), the median of five frames.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -17,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "core/Error.h"
@@ -33,6 +33,7 @@ using namespace bench;
 struct Arguments {
     std::string out, samples = "samples", footage, only;
     int columns = 96, seeds = 3;
+    std::optional<double> opacity;  ///< nothing: the default
 };
 
 struct Row {
@@ -216,9 +217,11 @@ Arguments parse(int argc, char** argv)
             arguments.columns = std::max(16, std::atoi(argv[i]));
         else if (flag == "--seeds")
             arguments.seeds = std::max(1, std::atoi(argv[i]));
+        else if (flag == "--opacity")
+            arguments.opacity = std::max(0.0, std::atof(argv[i]));
         else
-            throw Error(ErrorCode::InvalidArgument, "{}: not one of --samples, --footage, --only, --columns, --seeds",
-                        flag);
+            throw Error(ErrorCode::InvalidArgument,
+                        "{}: not one of --samples, --footage, --only, --columns, --seeds, --opacity", flag);
     }
     if (arguments.out.empty()) throw Error(ErrorCode::InvalidArgument, "bench_curves OUT: name a folder");
     return arguments;
@@ -230,7 +233,9 @@ int main(int argc, char** argv)
 try {
     log::setLevel(log::Level::Quiet);  // of depth that is resampled, many times over
     const Arguments arguments = parse(argc, argv);
-    const std::vector<Clip> clips = readClips(arguments.samples, arguments.footage, arguments.columns);
+    std::vector<Clip> clips = readClips(arguments.samples, arguments.footage, arguments.columns);
+    if (arguments.opacity)
+        for (Clip& clip : clips) clip.settings.opacity = *arguments.opacity;
     Report report(arguments);
     for (const Knob& knob : knobs())
         if (arguments.only.empty() || knob.name == arguments.only) measure(knob, clips, arguments, report);

@@ -51,6 +51,8 @@ std::string onOneLine(std::string_view text)
     return line;
 }
 
+std::string firstLine(std::string_view text) { return std::string(text.substr(0, text.find('\n'))); }
+
 std::string shortened(std::string_view text, std::size_t most)
 {
     return text.size() <= most ? std::string(text) : std::string(text.substr(0, most)) + "...";

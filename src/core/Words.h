@@ -20,6 +20,9 @@ std::string nearestWord(std::string_view word, std::span<const std::string> know
 /// For a terminal: control characters, line ends among them, become '?'.
 std::string onOneLine(std::string_view text);
 
+/// Libraries gather what several layers of them say, a line each; the first is where it went wrong.
+std::string firstLine(std::string_view text);
+
 /// The first `most` bytes, with "..." for the rest.
 std::string shortened(std::string_view text, std::size_t most = 60);
 

@@ -9,6 +9,7 @@
 
 #include "core/Error.h"
 #include "core/Parallel.h"
+#include "core/Words.h"
 #include "io/HalfRow.h"
 #include "io/ImageColor.h"
 #include "io/ImageFile.h"
@@ -26,9 +27,6 @@ using OIIO::TypeDesc;
 namespace {
 
 constexpr std::ptrdiff_t rowsPerPiece = 16;
-
-/// OpenImageIO gathers what several layers below it say, a line each; the first is where it went wrong.
-std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 std::unique_ptr<ImageInput> open(const std::string& path)
 {

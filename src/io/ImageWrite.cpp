@@ -10,6 +10,7 @@
 
 #include "core/Error.h"
 #include "core/Parallel.h"
+#include "core/Words.h"
 #include "io/AtomicFile.h"
 #include "io/HalfRow.h"
 #include "io/ImageFormats.h"
@@ -24,9 +25,6 @@ using OIIO::TypeDesc;
 namespace {
 
 constexpr std::ptrdiff_t rowsPerPiece = 16;
-
-/// OpenImageIO gathers what several layers below it say, a line each; the first is where it went wrong.
-std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
 TypeDesc typeOf(SampleType type)
 {

@@ -128,14 +128,7 @@ void add(const Frame& frame, const shared::Stroke& stroke, StrokeList& list)
 {
     // A matte may be wider than its drop, and rows are rounded outwards.
     const float reach = 1.5f * std::max(1.0f, frame.mattes.acrossDiameters) * stroke.body.x + stroke.look.w + 2;
-    const float low = std::min(stroke.path.y, stroke.path.w) - reach;
-    const float high = std::max(stroke.path.y, stroke.path.w) + reach;
-    const auto bands = float(list.ofBand.size());
-    const int firstBand = int(std::clamp(low / float(bandRows), 0.0f, bands - 1));
-    const int lastBand = int(std::clamp(high / float(bandRows), 0.0f, bands - 1));
-    const auto number = std::uint32_t(list.strokes.size());
-    list.strokes.push_back(stroke);
-    for (int band = firstBand; band <= lastBand; ++band) list.ofBand[std::size_t(band)].push_back(number);
+    list.add(stroke, std::min(stroke.path.y, stroke.path.w) - reach, std::max(stroke.path.y, stroke.path.w) + reach);
 }
 
 }  // namespace

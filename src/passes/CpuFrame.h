@@ -1,6 +1,7 @@
 // What the kernels of the CPU renderer share: a frame's constants and inputs, as pointers.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -68,12 +69,42 @@ struct Frame {
     }
 };
 
-/// Strokes that some of the cells show, and which of them reach into each band.
-struct StrokeList {
-    std::vector<shared::Stroke> strokes;
-    std::vector<glm::vec3> lamps;  ///< features.lights: their radiance in each stroke, fog in front taken off
+/// Things to draw, and which of them reach into each band. Emptied, it keeps its memory for the next frame.
+template <class Item>
+struct BandedList {
+    std::vector<Item> items;
     std::vector<std::vector<std::uint32_t>> ofBand;
+
+    void clear(int bands)
+    {
+        items.clear();
+        ofBand.resize(std::size_t(bands));
+        for (auto& band : ofBand) band.clear();
+    }
+    /// low, high: the rows that it may touch.
+    void add(const Item& item, float low, float high)
+    {
+        const auto bandOf = [&](float row) {
+            return std::size_t(std::clamp(row / float(bandRows), 0.0f, float(ofBand.size() - 1)));
+        };
+        const auto number = std::uint32_t(items.size());
+        items.push_back(item);
+        for (std::size_t band = bandOf(low); band <= bandOf(high); ++band) ofBand[band].push_back(number);
+    }
 };
+
+/// Strokes that some of the cells show.
+struct StrokeList : BandedList<shared::Stroke> {
+    std::vector<glm::vec3> lamps;  ///< features.lights: their radiance in each stroke, fog in front taken off
+
+    void clear(int bands)
+    {
+        BandedList::clear(bands);
+        lamps.clear();
+    }
+};
+/// Splashes that some of the picture shows.
+using SplashList = BandedList<shared::Splash>;
 
 /// What one band of rows gathers.
 struct BandSums {

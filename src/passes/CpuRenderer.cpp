@@ -35,6 +35,22 @@ struct BandTimes {
     }
 };
 
+/// A list for each piece of [0, count): fill(first, last, list). Returns how many things are in all of them.
+template <class List, class Fill>
+std::size_t fillLists(std::vector<List>& lists, int bands, std::size_t count, std::size_t perPiece, Fill&& fill)
+{
+    lists.resize((count + perPiece - 1) / perPiece);
+    parallelFor(0, std::ptrdiff_t(lists.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto piece = std::size_t(first); piece < std::size_t(last); ++piece) {
+            lists[piece].clear(bands);
+            fill(piece * perPiece, std::min((piece + 1) * perPiece, count), lists[piece]);
+        }
+    });
+    std::size_t all = 0;
+    for (const List& list : lists) all += list.items.size();
+    return all;
+}
+
 }  // namespace
 
 struct CpuRenderer::Impl {
@@ -106,40 +122,19 @@ void CpuRenderer::Impl::makeLayers()
 void CpuRenderer::Impl::emit(const particles::CellList& cells)
 {
     constexpr std::size_t cellsPerPiece = 1024;
-    const std::size_t pieces = (cells.cells.size() + cellsPerPiece - 1) / cellsPerPiece;
-    lists.resize(pieces);
-    parallelFor(0, std::ptrdiff_t(pieces), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (auto piece = std::size_t(first); piece < std::size_t(last); ++piece) {
-            StrokeList& list = lists[piece];
-            list.strokes.clear();
-            list.lamps.clear();
-            list.ofBand.resize(std::size_t(bands()));
-            for (auto& band : list.ofBand) band.clear();
-            const std::size_t from = piece * cellsPerPiece;
-            emitStrokes(frame, cells, from, std::min(from + cellsPerPiece, cells.cells.size()), list);
-        }
-    });
-    strokes = 0;
-    for (const StrokeList& list : lists) strokes += list.strokes.size();
+    strokes = fillLists(
+        lists, bands(), cells.cells.size(), cellsPerPiece,
+        [&](std::size_t first, std::size_t last, StrokeList& list) { emitStrokes(frame, cells, first, last, list); });
 }
 
 void CpuRenderer::Impl::emitAllSplashes()
 {
-    constexpr int rowsPerPiece = 8;
-    const int rows = (frame.height() + splashBlock - 1) / splashBlock;
-    splashLists.resize(std::size_t((rows + rowsPerPiece - 1) / rowsPerPiece));
-    parallelFor(0, std::ptrdiff_t(splashLists.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::ptrdiff_t piece = first; piece < last; ++piece) {
-            SplashList& list = splashLists[std::size_t(piece)];
-            list.splashes.clear();
-            list.ofBand.resize(std::size_t(bands()));
-            for (auto& band : list.ofBand) band.clear();
-            const int from = int(piece) * rowsPerPiece;
-            emitSplashes(frame, from, std::min(from + rowsPerPiece, rows), list);
-        }
-    });
-    splashes = 0;
-    for (const SplashList& list : splashLists) splashes += list.splashes.size();
+    constexpr std::size_t rowsPerPiece = 8;
+    const auto rows = std::size_t((frame.height() + splashBlock - 1) / splashBlock);
+    splashes =
+        fillLists(splashLists, bands(), rows, rowsPerPiece, [&](std::size_t first, std::size_t last, SplashList& list) {
+            emitSplashes(frame, int(first), int(last), list);
+        });
 }
 
 /// Strokes, splashes and composite run in turn within each band. The whole's time is shared among them as the threads'

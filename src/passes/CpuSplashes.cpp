@@ -158,14 +158,8 @@ private:
         const float radius = std::max(splash.crown.x * pixels, 0.6f), height = std::max(splash.crown.y * pixels, 0.6f);
         const float thrown = std::max(0.9f * time - 4.905f * time * time, 0.0f) * pixels;
         const float ball = 1.5f * std::max(1.4f * splash.crown.w * pixels, 0.7f) + 1;
-        const float low = splash.place.y - std::max(1.2f * height + 0.3f * radius, thrown + ball) - 1;
-        const float high = splash.place.y + std::max(0.4f * radius, ball) + 1;
-        const float bands = float(list_.ofBand.size());
-        const int first = int(std::clamp(low / float(bandRows), 0.0f, bands - 1));
-        const int last = int(std::clamp(high / float(bandRows), 0.0f, bands - 1));
-        const auto number = std::uint32_t(list_.splashes.size());
-        list_.splashes.push_back(splash);
-        for (int band = first; band <= last; ++band) list_.ofBand[std::size_t(band)].push_back(number);
+        list_.add(splash, splash.place.y - std::max(1.2f * height + 0.3f * radius, thrown + ball) - 1,
+                  splash.place.y + std::max(0.4f * radius, ball) + 1);
     }
 
     const Frame& frame_;
@@ -280,8 +274,8 @@ void splatSplashes(const Frame& frame, const SplashList& list, std::size_t bandN
 {
     const Drawer drawer{frame, band};
     for (const std::uint32_t number : list.ofBand[bandNumber]) {
-        drawer.crown(list.splashes[number]);
-        drawer.droplets(list.splashes[number]);
+        drawer.crown(list.items[number]);
+        drawer.droplets(list.items[number]);
     }
 }
 

@@ -4,12 +4,6 @@
 
 namespace virga::passes::cpu {
 
-/// Splashes that some of the picture shows, and which of them reach into each band.
-struct SplashList {
-    std::vector<shared::Splash> splashes;
-    std::vector<std::vector<std::uint32_t>> ofBand;
-};
-
 /// Pixels along the edge of a block that asks for its splashes.
 constexpr int splashBlock = 4;
 

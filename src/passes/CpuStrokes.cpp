@@ -209,7 +209,7 @@ struct Splat {
                          BandSums& band)                                                                      \
     {                                                                                                         \
         for (const std::uint32_t number : which)                                                              \
-            Splat<HasFog, HasDepth, HasNearest, HasLamps>{frame, list.strokes[number],                        \
+            Splat<HasFog, HasDepth, HasNearest, HasLamps>{frame, list.items[number],                          \
                                                           HasLamps ? &list.lamps[number] : nullptr, band}     \
                 .all();                                                                                       \
     }

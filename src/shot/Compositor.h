@@ -18,7 +18,7 @@ struct CompositorOptions {
 /// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.
 class Compositor final : public FrameRenderer {
 public:
-    /// Reads track, mattes, environment and stills, makes the plan and, unless it is a pass-through, opens GL.
+    /// Reads track, mattes, environment and stills, makes the plan and, unless it is a pass-through, opens the device.
     /// samples: a few frames of the plate for its light and the colour transfer. Without those for the light each frame
     /// is lit by itself; without those for the colour transfer there must be none.
     /// Throws Error naming the setting or file.

@@ -12,11 +12,11 @@ namespace virga::shot {
 
 /// What happened, for the report.
 struct CompositorStatistics {
-    std::string device;                    ///< GL_RENDERER; empty if no GL was opened
+    std::string device;                    ///< see PictureRenderer; empty if nothing is drawn
     std::map<std::string, double> passMs;  ///< summed over the frames
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
-    std::size_t repairedPixels = 0;  ///< NaN, Inf or negative plate pixels that effects would have spread
+    std::size_t repairedPixels = 0;  ///< NaN and Inf in plate pixels, which effects would have spread
     depth::DepthCounts depthCounts;  ///< of the last depth image read
     bool depthResampled = false;
     int lightOrder = 0;
