@@ -25,6 +25,9 @@ layout(binding = 1) uniform sampler2D sceneDepth;
 #ifdef FOG
 layout(binding = 2) uniform sampler2D fogTable;
 #endif
+#ifdef VEIL
+layout(binding = 8) uniform sampler2D veilTable;
+#endif
 layout(binding = 4) uniform sampler2D lightGrid;
 #if defined(BOOST) || defined(FOG)
 layout(binding = 5) uniform sampler2D lowPassGrid;
@@ -120,12 +123,24 @@ void main()
 
 #ifdef RAIN
     vec4 rain = vec4(0.0);
-    if (accumulators[base] != 0u) {
+    vec2 veil = vec2(0.0);
+#ifdef VEIL
+#ifdef DEPTH
+    veil = textureLod(veilTable, fogTablePlace(texelFetch(sceneDepth, pixel, 0).r), 0.0).rg * opticalDepthSteps;
+#else
+    veil = frame.medium.zw * opticalDepthSteps;
+#endif
+#endif
+    if (accumulators[base] != 0u || veil.x > 0.0) {
         float sums[accumulatorsPerPixel];
         for (uint n = 0u; n < accumulatorsPerPixel; ++n) {
             sums[n] = float(accumulators[base + n]);
             accumulators[base + n] = 0u;
         }
+        sums[0] += veil.x;
+#ifdef FOG
+        sums[1] += veil.y;
+#endif
         rain = dropLayer(sums, lit, fogLight);
     }
     result = over(rain, result);

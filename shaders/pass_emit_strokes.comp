@@ -71,8 +71,10 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     float depth = 0.5 * (depthOpen + depthClose);
     float near = frame.range.x;
     if (min(depthOpen, depthClose) < near || depth > frame.range.y) return false;
-    if (depth > visibleDepth(drop.diameter, dropClass.travel.w * frame.focus.z, frame.lens.x, frame.range.z))
-        return false;
+    float path = dropClass.travel.w * frame.focus.z;
+    if (depth > visibleDepth(drop.diameter, path, frame.lens.x, frame.range.z)) return false;
+    float drawn = drawnShare(depth, drop.diameter, path, frame.lens.x, frame.medium.y);
+    if (drop.rank >= drawn * drawn) return false;
 
     vec2 start = frame.lens.zw + frame.lens.x / depthOpen * vec2(open.x, -open.y);
     vec2 end = frame.lens.zw + focalClose / depthClose * vec2(close.x, -close.y);
@@ -90,7 +92,7 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     if (any(lessThan(high, vec2(0.0))) || any(greaterThan(low, vec2(frame.picture.xy)))) return false;
 
     // pi/4 w^2: the drop's disc, wherever it is while the shutter is open.
-    float covered = 0.78539816 * width * width * frame.range.w;
+    float covered = 0.78539816 * width * width * frame.range.w / drawn;
     float random = unitFloat(drop.look);
     float beads = oscillationFrequency(drop.diameter) * frame.focus.z;
     uint layer = strokeLayer(beads, oscillationStrength(drop.diameter), random);
@@ -103,7 +105,8 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     stroke.look.y = exp(-textureLod(fogTable, fogTablePlace(depth), 0.0).r);
 #endif
 #ifdef LIGHTS
-    stroke.lamps = vec4(lampsInDrop(0.5 * (drop.open + drop.close)) * stroke.look.y, 0.0);
+    // The veil knows nothing of lamps: strokes bring the light of those that are not drawn as well, 1 / q^2 in all.
+    stroke.lamps = vec4(lampsInDrop(0.5 * (drop.open + drop.close)) * (stroke.look.y / drawn), 0.0);
 #endif
     return true;
 }

@@ -7,17 +7,18 @@
 /// The cell of every 8th drop is looked up, those of the drops between are found from it.
 const uint dropsPerBlock = 8u;
 
-/// One cell of one size class, in the frame that falls with the class.
+/// One cell of one layer of the rain, in the frame that falls with the layer's size class.
 struct Cell {
-    uvec4 key;     // x, y: hash of (seed, class, i, j, k); z: class; w: number of its first drop in the whole list
+    uvec4 key;     // x, y: hash of (seed, layer, i, j, k); z: layer; w: number of its first drop in the whole list
     vec4 origin;   // xyz: corner with the smallest coordinates, from the camera when the shutter opens, world axes [m]
     vec4 phase;    // phase of each turbulence wave at that corner when the shutter opens [turns]
 };
 
-/// What the drops of a size class have in common.
+/// What the drops of a layer have in common: some of the drops of a size class.
 struct DropClass {
     vec4 size;     // x, y: least and largest diameter [m]; z: slope of the size distribution [1/m]; w: cell edge [m]
-    vec4 travel;   // xyz: way from shutter open to close relative to the camera, world axes [m]; w: terminal speed [m/s]
+    vec4 travel;   // xyz: way from shutter open to close relative to the camera, world axes [m]; w: speed of fall [m/s]
+    vec4 rank;     // x: least rank of a drop; y: range of ranks; z, w: -
 };
 
 /// Four waves that shift drops: the closed form of turbulence (particles/Motion.h).
@@ -30,6 +31,7 @@ struct Drop {
     vec3 open;       // from the camera at shutter open, world axes [m]
     vec3 close;      // from the camera at shutter close, world axes [m]
     float diameter;  // [m]
+    float rank;      // [0, 1): its place in the order in which faint drops are drawn (visibility.glsl)
     uint look;       // random bits for what the stroke looks like
 };
 
@@ -100,5 +102,6 @@ VIRGA_FN Drop dropInCell(Cell cell, DropClass dropClass, TurbulenceWave wave0, T
     drop.close = still + vec3(dropClass.travel) + shiftClose;
     drop.diameter = truncatedExponential(unitFloat(place.w), dropClass.size.x, dropClass.size.y, dropClass.size.z);
     drop.look = traits.x;
+    drop.rank = dropClass.rank.x + dropClass.rank.y * unitFloat(traits.x * 2654435761u);
     return drop;
 }

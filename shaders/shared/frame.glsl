@@ -1,6 +1,7 @@
 // What all passes of one frame share. Compiled by GLSL (std430) and C++ (shared/alias.h); rows of 16 bytes.
 
-/// Entries of the fog table: optical depth at depths d with d / (d + scale) = 0, 1/255, ... 1.
+/// Entries of the fog table: optical depth at depths d with d / (d + scale) = 0, 1/255, ... 1. The veil table has as many
+/// pairs: optical depth, and the same weighted with the light that the fog in front lets through.
 const int fogTableSize = 256;
 
 struct FrameConstants {
@@ -21,7 +22,7 @@ struct FrameConstants {
     uvec4 splashTime; // x: time slot; y: subdivisions of the coarsest cell, log2; z, w: -
     vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]
     uvec4 lights;     // x: number of lamps; y: pixels from one node of the light grid to the next (FrameTargets sets it); z, w: -
-    vec4 medium;      // x: extinction of the air around lamps [1/m]; y, z, w: -
+    vec4 medium;      // x: extinction of the air around lamps [1/m]; y: matte value under which strokes are thinned / opacity; z, w: entry of the veil table where no depth is known
     vec4 lut;         // x: delta, y: maximum of the colour transfer's encoding; z: nodes a side; w: -
 };
 

@@ -36,6 +36,8 @@ public:
     /// Phase [turns] of each wave at a place in a class's own frame [m] and a time [s], in [0, 1]: exact for any frame
     /// number.
     glm::vec4 turbulencePhases(const glm::dvec3& place, double t, int dropClass) const;
+    /// Of fall, `speedScale` counted [m/s].
+    double fallSpeed(double terminalSpeed) const { return settings_.speedScale * terminalSpeed; }
     bool hasTurbulence() const { return settings_.turbulence > 0; }
     /// No drop is shifted by more than this along an axis [m].
     double turbulenceReach() const;

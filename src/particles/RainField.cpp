@@ -19,14 +19,20 @@ namespace {
 constexpr double smallestCellEdge = 0.35;  // [m]; where drops crowd, the list of cells stays short
 constexpr double largestCellEdge = 8;      // [m]; rare drops live in cells that hold less than one
 
+/// Where the ranks of a class are cut into layers. Drops of the last are listed as far as their strokes reach half of
+/// Visibility::thin, those of the second as far as they reach a quarter.
+constexpr std::array<double, 4> rankCuts = {0, 1.0 / 16, 1.0 / 4, 1};
+
 /// The part of space that a camera sees, tested against balls.
 class Frustum {
 public:
-    Frustum(const camera::Projection& projection, const glm::dmat3& worldFromCamera, double far, double blurAngle)
-        : cameraFromWorld_(glm::transpose(worldFromCamera)), far_(far),
+    Frustum(const camera::Projection& projection, const glm::dmat3& worldFromCamera, double far,
+            const Visibility& visibility)
+        : cameraFromWorld_(glm::transpose(worldFromCamera)), far_(far), halfAperture_(0.5 * visibility.aperture_m),
+          inverseFocus_(1 / visibility.focus_m),
           // Half a pixel beyond the border: a stroke is never narrower than one.
-          tanX_((0.5 * projection.width + 0.5) / projection.focal_px + blurAngle),
-          tanY_((0.5 * projection.height + 0.5) / projection.focal_px + blurAngle), lengthX_(std::hypot(1.0, tanX_)),
+          tanX_((0.5 * projection.width + 0.5) / projection.focal_px),
+          tanY_((0.5 * projection.height + 0.5) / projection.focal_px), lengthX_(std::hypot(1.0, tanX_)),
           lengthY_(std::hypot(1.0, tanY_))
     {
     }
@@ -35,8 +41,9 @@ public:
     {
         const glm::dvec3 p = cameraFromWorld_ * centreFromCamera;
         const double depth = -p.z;
-        return depth > -radius && depth < far_ + radius && std::abs(p.x) - tanX_ * depth < radius * lengthX_ &&
-               std::abs(p.y) - tanY_ * depth < radius * lengthY_;
+        const double blur = std::max(blurAt(depth - radius), blurAt(depth + radius));
+        return depth > -radius && depth < far_ + radius && std::abs(p.x) - tanX_ * depth < radius * lengthX_ + blur &&
+               std::abs(p.y) - tanY_ * depth < radius * lengthY_ + blur;
     }
 
     /// Distance from the camera to a far corner [m].
@@ -52,11 +59,18 @@ public:
                 low = glm::min(low, corner);
                 high = glm::max(high, corner);
             }
+        const double blur = std::max(blurAt(0), blurAt(far));
+        low -= blur;
+        high += blur;
     }
 
 private:
+    /// How far beyond its outline a drop at `depth` is seen [m]: half the circle of confusion there. Its extremes are
+    /// at the ends of an interval of depths.
+    double blurAt(double depth) const { return halfAperture_ * std::abs(1 - std::max(depth, 0.0) * inverseFocus_); }
+
     glm::dmat3 cameraFromWorld_;
-    double far_, tanX_, tanY_, lengthX_, lengthY_;
+    double far_, halfAperture_, inverseFocus_, tanX_, tanY_, lengthX_, lengthY_;
 };
 
 /// sin(angle / 2) of the rotation between two orientations.
@@ -93,9 +107,26 @@ void refuseExcess(std::size_t inView)
                     RainField::mostDropsInView, whatHelps);
 }
 
-double visibleDepth(double diameter, double speed, double focal_px, double exposure_s, double threshold)
+/// Mean over equal shares of a class's drops, by the midpoint rule: value(diameter) weighted with weight(diameter).
+template <class Value, class Weight>
+double meanOverDrops(const rainfall::SizeClass& c, double slope, Value&& value, Weight&& weight)
 {
-    return double(shared::visibleDepth(float(diameter), float(speed * exposure_s), float(focal_px), float(threshold)));
+    constexpr int shares = 16;
+    double sum = 0, weights = 0;
+    for (int i = 0; i < shares; ++i) {
+        const double d =
+            double(shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1), float(slope)));
+        sum += weight(d) * value(d);
+        weights += weight(d);
+    }
+    return sum / weights;
+}
+
+/// Integral of 1 / (z (path + z)) dz.
+double integralOfShare(double path, double from, double to)
+{
+    const double x = (to - from) / (from * (path + to));
+    return path * x > 1e-6 ? std::log1p(path * x) / path : x;
 }
 
 }  // namespace
@@ -105,29 +136,43 @@ RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, con
     : classes_(std::move(classes)), slope_(slope), motion_(motion), seed_(seed), densityScale_(densityScale)
 {
     // The edge depends on the rain alone, never on the shot: a change of lens must not move the drops.
-    for (const rainfall::SizeClass& c : classes_)
-        edges_.push_back(std::clamp(std::cbrt(dropsPerCell / (c.numberPerVolume * densityScale_)), smallestCellEdge,
-                                    largestCellEdge));
+    for (std::size_t cut = 0; cut + 1 < rankCuts.size(); ++cut)
+        for (std::size_t s = 0; s < classes_.size(); ++s) {
+            const double ranks = rankCuts[cut + 1] - rankCuts[cut];
+            const double density = classes_[s].numberPerVolume * densityScale_ * ranks;
+            layers_.push_back({s, rankCuts[cut], ranks,
+                               std::clamp(std::cbrt(dropsPerCell / density), smallestCellEdge, largestCellEdge)});
+        }
 }
 
 double RainField::dropsPerCellFor(double strokes) { return std::clamp(strokes / 3e4, 8.0, 96.0); }
 
-void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, const Visibility& visibility,
+double RainField::visibleDepth(double diameter, const rainfall::SizeClass& c, double focal_px, double exposure_s,
+                               double threshold) const
+{
+    return double(shared::visibleDepth(float(diameter), float(motion_.fallSpeed(c.speed) * exposure_s), float(focal_px),
+                                       float(threshold)));
+}
+
+void RainField::appendLayer(std::size_t number, const Exposure& exposure, const Visibility& visibility,
                             std::atomic<double>& lookedAt, std::atomic<std::size_t>& inView,
                             std::vector<shared::Cell>& cells, std::size_t& drops) const
 {
-    const rainfall::SizeClass& c = classes_[dropClass];
-    const double edge = edges_[dropClass];
-    const double far = std::min(visibility.far_m, visibleDepth(c.d1, c.speed, exposure.projection.focal_px,
-                                                               exposure.duration_s, visibility.threshold));
+    const Layer& layer = layers_[number];
+    const rainfall::SizeClass& c = classes_[layer.sizeClass];
+    const double edge = layer.cellEdge;
+    // A drop is drawn where q^2 is over its rank.
+    const double faintest = std::max(visibility.threshold, visibility.thin * std::sqrt(layer.leastRank));
+    const double far =
+        std::min(visibility.far_m, visibleDepth(c.d1, c, exposure.projection.focal_px, exposure.duration_s, faintest));
     if (far <= visibility.near_m) return;
 
     const glm::dvec3 fallen = motion_.displacement(c.speed, exposure.open_s);
     const glm::dvec3 way = motion_.displacement(c.speed, exposure.open_s + exposure.duration_s) - fallen -
                            (exposure.poseAtClose.position - exposure.poseAtOpen.position);
     const double reach = motion_.turbulenceReach();
-    const Frustum atOpen(exposure.projection, exposure.poseAtOpen.worldFromCamera, far, visibility.blurAngle);
-    const Frustum atClose(exposure.projection, exposure.poseAtClose.worldFromCamera, far, visibility.blurAngle);
+    const Frustum atOpen(exposure.projection, exposure.poseAtOpen.worldFromCamera, far, visibility);
+    const Frustum atClose(exposure.projection, exposure.poseAtClose.worldFromCamera, far, visibility);
 
     // A stroke is the picture of the straight line, in camera axes, between where the turning camera sees the drop at
     // open and at close. That line may cut a corner of the picture that neither end is in; but each point of it is
@@ -150,7 +195,7 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
     const auto cellOf = [&](double x) { return std::int64_t(std::floor(x / edge)); };
     const double halfDiagonal = 0.5 * std::numbers::sqrt3 * edge;
     const double still = halfDiagonal + margin + 0.5 * glm::length(way);
-    const PoissonTable poisson(c.numberPerVolume * densityScale_ * edge * edge * edge);
+    const PoissonTable poisson(numberPerVolume(number) * edge * edge * edge);
 
     std::size_t counted = 0;
     for (std::int64_t k = cellOf(low.z); k <= cellOf(high.z); ++k)
@@ -164,15 +209,16 @@ void RainField::appendClass(std::size_t dropClass, const Exposure& exposure, con
                 const double radius = still + turn * (glm::length(middle) + still);
                 if (!atOpen.touches(middle, radius) && !atClose.touches(middle, radius)) continue;
 
-                const std::uint64_t hash = cellHash(seed_, std::int64_t(dropClass), i, j, k);
+                const std::uint64_t hash = cellHash(seed_, std::int64_t(number), i, j, k);
                 const int count = poisson(unitDouble(mix(hash)));
                 if (count == 0) continue;
                 shared::Cell cell;
-                cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), std::uint32_t(dropClass),
+                cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), std::uint32_t(number),
                             std::uint32_t(drops)};
                 cell.origin = glm::vec4(glm::vec3(origin), 0.0f);
-                cell.phase = motion_.hasTurbulence() ? motion_.turbulencePhases(corner, exposure.open_s, int(dropClass))
-                                                     : glm::vec4(0.0f);
+                cell.phase = motion_.hasTurbulence()
+                                 ? motion_.turbulencePhases(corner, exposure.open_s, int(layer.sizeClass))
+                                 : glm::vec4(0.0f);
                 cells.push_back(cell);
                 drops += std::size_t(count);
             }
@@ -185,22 +231,23 @@ CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visi
     CellList list;
     list.waves = motion_.turbulenceWaves(exposure.duration_s);
     const glm::dvec3 cameraWay = exposure.poseAtClose.position - exposure.poseAtOpen.position;
-    for (const rainfall::SizeClass& c : classes_) {
+    for (const Layer& layer : layers_) {
+        const rainfall::SizeClass& c = classes_[layer.sizeClass];
         const glm::dvec3 way = motion_.displacement(c.speed, exposure.open_s + exposure.duration_s) -
                                motion_.displacement(c.speed, exposure.open_s) - cameraWay;
-        const std::size_t index = list.classes.size();
-        list.classes.push_back({glm::vec4(float(c.d0), float(c.d1), float(slope_), float(edges_[index])),
-                                glm::vec4(glm::vec3(way), float(c.speed))});
+        list.classes.push_back({glm::vec4(float(c.d0), float(c.d1), float(slope_), float(layer.cellEdge)),
+                                glm::vec4(glm::vec3(way), float(motion_.fallSpeed(c.speed))),
+                                glm::vec4(float(layer.leastRank), float(layer.ranks), 0.0f, 0.0f)});
     }
 
     std::atomic<double> lookedAt{0};
     std::atomic<std::size_t> inView{0};
     std::mutex mutex;
-    parallelFor(0, std::ptrdiff_t(classes_.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+    parallelFor(0, std::ptrdiff_t(layers_.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t s = first; s < last; ++s) {
             std::vector<shared::Cell> cells;
             std::size_t drops = 0;
-            appendClass(std::size_t(s), exposure, visibility, lookedAt, inView, cells, drops);
+            appendLayer(std::size_t(s), exposure, visibility, lookedAt, inView, cells, drops);
             const std::lock_guard lock(mutex);
             for (shared::Cell& cell : cells) cell.key.w += std::uint32_t(list.drops);
             list.cells.insert(list.cells.end(), cells.begin(), cells.end());
@@ -223,18 +270,23 @@ double RainField::expectedStrokes(const camera::Projection& projection, double e
         double(projection.width) * projection.height / (projection.focal_px * projection.focal_px);
     double strokes = 0;
     for (const rainfall::SizeClass& c : classes_) {
-        // Mean of (far^3 - near^3) / 3 over the class's diameters, by the midpoint rule over equal shares of drops.
-        constexpr int shares = 16;
-        double volume = 0;
-        for (int i = 0; i < shares; ++i) {
-            const double diameter = double(
-                shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1), float(slope_)));
-            const double far = std::min(visibility.far_m, visibleDepth(diameter, c.speed, projection.focal_px,
-                                                                       exposure_s, visibility.threshold));
-            if (far > visibility.near_m)
-                volume += solidAngle * (std::pow(far, 3) - std::pow(visibility.near_m, 3)) / 3 / shares;
-        }
-        strokes += c.numberPerVolume * densityScale_ * volume;
+        const double path = projection.focal_px * motion_.fallSpeed(c.speed) * exposure_s;
+        const auto depthOf = [&](double diameter, double threshold) {
+            return std::clamp(visibleDepth(diameter, c, projection.focal_px, exposure_s, threshold), visibility.near_m,
+                              std::max(visibility.far_m, visibility.near_m));
+        };
+        const auto volume = [&](double diameter) {
+            const double far = depthOf(diameter, visibility.threshold);
+            if (!(visibility.thin > visibility.threshold))
+                return (std::pow(far, 3) - std::pow(visibility.near_m, 3)) / 3;
+            const double whole = depthOf(diameter, visibility.thin);
+            // q = reached / (z (path + z)): the integral of z^2 q^2 over the rest.
+            const double reached = std::numbers::pi / 4 * std::pow(projection.focal_px * diameter, 2) / visibility.thin;
+            return (std::pow(whole, 3) - std::pow(visibility.near_m, 3)) / 3 +
+                   reached * reached * (far - whole) / ((path + whole) * (path + far));
+        };
+        strokes += c.numberPerVolume * densityScale_ * solidAngle *
+                   meanOverDrops(c, slope_, volume, [](double) { return 1.0; });
     }
     return strokes;
 }
@@ -246,19 +298,78 @@ double RainField::undrawnOpticalDepth(double depth_m, double focal_px, double ex
     double drawnDepth = 0, drawnExtinction = 0;
     for (const rainfall::SizeClass& c : classes_) {
         const double extinction = std::numbers::pi / 4 * c.meanSquare * c.numberPerVolume * densityScale_;
-        constexpr int shares = 16;  // as in expectedStrokes, weighted with each share's shadow
-        double squares = 0, undrawn = 0;
-        for (int i = 0; i < shares; ++i) {
-            const double d = double(
-                shared::truncatedExponential((float(i) + 0.5f) / shares, float(c.d0), float(c.d1), float(slope_)));
-            const double visible = visibleDepth(d, c.speed, focal_px, exposure_s, visibility.threshold);
-            squares += d * d;
-            undrawn += d * d * std::max(0.0, depth - (visible > visibility.near_m ? visible : 0.0));
-        }
-        drawnDepth += extinction * undrawn / squares;
+        const auto undrawn = [&](double diameter) {
+            const double visible = visibleDepth(diameter, c, focal_px, exposure_s, visibility.threshold);
+            return std::max(0.0, depth - (visible > visibility.near_m ? visible : 0.0));
+        };
+        drawnDepth += extinction * meanOverDrops(c, slope_, undrawn, [](double d) { return d * d; });
         drawnExtinction += extinction;
     }
     return drawnDepth + std::max(0.0, allDrops * densityScale_ - drawnExtinction) * depth;
+}
+
+double RainField::thinnedOpticalDepth(double depth_m, double focal_px, double exposure_s,
+                                      const Visibility& visibility) const
+{
+    if (!(visibility.thin > visibility.threshold)) return 0;
+    const double depth = std::min(depth_m, visibility.far_m);
+    double sum = 0;
+    for (const rainfall::SizeClass& c : classes_) {
+        const double path = focal_px * motion_.fallSpeed(c.speed) * exposure_s;
+        const auto missing = [&](double diameter) {
+            const double from =
+                std::max(visibility.near_m, visibleDepth(diameter, c, focal_px, exposure_s, visibility.thin));
+            const double to = std::min(depth, visibleDepth(diameter, c, focal_px, exposure_s, visibility.threshold));
+            if (to <= from) return 0.0;
+            const double reached = std::numbers::pi / 4 * std::pow(focal_px * diameter, 2) / visibility.thin;
+            return std::max(0.0, to - from - reached * integralOfShare(path, from, to));
+        };
+        sum += std::numbers::pi / 4 * c.meanSquare * c.numberPerVolume * densityScale_ *
+               meanOverDrops(c, slope_, missing, [](double d) { return d * d; });
+    }
+    return sum;
+}
+
+double RainField::thinnedOverlap(double focal_px, double exposure_s, const Visibility& visibility) const
+{
+    if (!(visibility.thin > visibility.threshold)) return 0;
+    double sum = 0;
+    for (const rainfall::SizeClass& c : classes_) {
+        const double path = focal_px * motion_.fallSpeed(c.speed) * exposure_s;
+        const auto overlap = [&](double diameter) {
+            const double from =
+                std::max(visibility.near_m, visibleDepth(diameter, c, focal_px, exposure_s, visibility.thin));
+            const double to =
+                std::min(visibility.far_m, visibleDepth(diameter, c, focal_px, exposure_s, visibility.threshold));
+            if (to <= from) return 0.0;
+            // Drops over a pixel at z: z^2 / f^2, of which q^2 are drawn, each over path / z + 1 pixels.
+            const double reached = std::numbers::pi / 4 * focal_px * diameter * diameter / visibility.thin;
+            return reached * reached * integralOfShare(path, from, to);
+        };
+        sum += c.numberPerVolume * densityScale_ * meanOverDrops(c, slope_, overlap, [](double) { return 1.0; });
+    }
+    return sum;
+}
+
+double RainField::thinnableTo(double focal_px, double exposure_s, const Visibility& visibility) const
+{
+    const auto overlapAt = [&](double thin) {
+        Visibility v = visibility;
+        v.thin = thin;
+        return thinnedOverlap(focal_px, exposure_s, v);
+    };
+    double thin = visibility.thin, tooMuch = visibility.thin;
+    if (!(thin > visibility.threshold) || overlapAt(thin) >= leastOverlap) return thin;
+    // From above, as close to the threshold there is next to nothing to thin, and nothing that overlaps.
+    for (; overlapAt(thin) < leastOverlap; thin *= 0.8) {
+        if (thin < 1.5 * visibility.threshold) return visibility.threshold;
+        tooMuch = thin;
+    }
+    for (int i = 0; i < 12; ++i) {
+        const double middle = std::sqrt(thin * tooMuch);
+        (overlapAt(middle) >= leastOverlap ? thin : tooMuch) = middle;
+    }
+    return thin;
 }
 
 }  // namespace virga::particles

@@ -7,6 +7,6 @@ namespace virga::shared {
 #include "shared/drop_field.glsl"
 #include "shared/visibility.glsl"
 
-static_assert(sizeof(Cell) == 48 && sizeof(DropClass) == 32 && sizeof(TurbulenceWave) == 32,
+static_assert(sizeof(Cell) == 48 && sizeof(DropClass) == 48 && sizeof(TurbulenceWave) == 32,
               "rows of 16 bytes, as std430 lays them out");
 }  // namespace virga::shared

@@ -11,6 +11,7 @@ gl::Defines definesOf(const Features& features)
     };
     add(features.rain, "RAIN");
     add(features.fog, "FOG");
+    add(features.veil, "VEIL");
     add(features.depth, "DEPTH");
     add(features.splashes, "SPLASHES");
     add(features.blur, "BLURRED");

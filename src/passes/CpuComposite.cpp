@@ -58,9 +58,25 @@ struct Coverage {
     bool isAny = false;
 };
 
+/// What the strokes that are thinned out would have added to eight pixels, in steps.
+struct Veil {
+    float sums[lanes::count] = {}, weighted[lanes::count] = {};
+};
+VIRGA_INLINE Veil veilOver(const Frame& frame, int x, int y, int pixels)
+{
+    Veil veil;
+    for (int i = 0; i < pixels; ++i) {
+        const glm::vec2 pair = frame.features.depth ? frame.veilTo(frame.depth.row(y)[x + i])
+                                                    : glm::vec2(frame.constants.medium.z, frame.constants.medium.w);
+        veil.sums[i] = pair.x * opticalDepthSteps;
+        veil.weighted[i] = pair.y * opticalDepthSteps;
+    }
+    return veil;
+}
+
 /// False, and alpha 0, where there are none. `all`: sums of the band's pixels.
-VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::vector<std::uint32_t>& all, int x,
-                           int y, int pixels, Coverage::Drops& out)
+VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::vector<std::uint32_t>& all,
+                           bool hasVeil, int x, int y, int pixels, Coverage::Drops& out)
 {
     const Features& f = frame.features;
     float depths[lanes::count] = {}, weighted[lanes::count] = {}, lamps[3][lanes::count] = {};
@@ -74,6 +90,14 @@ VIRGA_INLINE bool readSums(const Frame& frame, const BandSums& band, const std::
         if (f.fog) weighted[i] = float(sums[1]);
         if (f.lights)
             for (int k = 0; k < 3; ++k) lamps[k][i] = float(sums[frame.lampSums() + k]);
+    }
+    if (hasVeil) {
+        const Veil veil = veilOver(frame, x, y, pixels);
+        for (int i = 0; i < lanes::count; ++i) {
+            depths[i] += veil.sums[i];
+            weighted[i] += veil.weighted[i];
+            any |= veil.sums[i] > 0 ? 1u : 0u;
+        }
     }
     if (any == 0) {
         std::fill_n(out.alpha, lanes::count, 0.0f);
@@ -122,8 +146,8 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
         for (int x = 0; x < picture.width(); x += lanes::count) {
             const int pixels = std::min(lanes::count, picture.width() - x);
             coverage.isAny = isFogEverywhere;
-            if (f.rain && readSums(frame, band, band.sums, x, y, pixels, coverage.rain)) coverage.isAny = true;
-            if (f.splashes && readSums(frame, band, band.splashSums, x, y, pixels, coverage.splash))
+            if (f.rain && readSums(frame, band, band.sums, f.veil, x, y, pixels, coverage.rain)) coverage.isAny = true;
+            if (f.splashes && readSums(frame, band, band.splashSums, false, x, y, pixels, coverage.splash))
                 coverage.isAny = true;
             if (f.fog && f.depth) readFog(frame, x, y, pixels, coverage);
             if (f.fog && f.lights) glowAroundLamps(frame, x, y, pixels, coverage.glow);

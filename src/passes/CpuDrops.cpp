@@ -24,6 +24,7 @@ using lanes::dot;
 using lanes::exp;
 using lanes::fract;
 using lanes::log;
+using lanes::min;
 using lanes::sqrt;
 #pragma push_macro("VIRGA_FN")
 #undef VIRGA_FN
@@ -40,7 +41,10 @@ VIRGA_INLINE eight::Cell broadcast(const shared::Cell& cell)
 {
     return {{cell.key.x, cell.key.y, cell.key.z, cell.key.w}, broadcast(cell.origin), broadcast(cell.phase)};
 }
-VIRGA_INLINE eight::DropClass broadcast(const shared::DropClass& c) { return {broadcast(c.size), broadcast(c.travel)}; }
+VIRGA_INLINE eight::DropClass broadcast(const shared::DropClass& c)
+{
+    return {broadcast(c.size), broadcast(c.travel), broadcast(c.rank)};
+}
 VIRGA_INLINE eight::TurbulenceWave broadcast(const shared::TurbulenceWave& w)
 {
     return {broadcast(w.wave), broadcast(w.shift)};
@@ -57,6 +61,7 @@ struct Paths {
     Float startX, startY, endX, endY;
     Float depthOpen, depthClose, depth;
     Float width, halfWidth, blur;
+    Float drawn;  // see drawnShare
     Mask isSeen;
 };
 
@@ -75,9 +80,11 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     p.depthOpen = -open.z;
     p.depthClose = -close.z;
     p.depth = (p.depthOpen + p.depthClose) * 0.5f;
-    const Float visible =
-        eight::visibleDepth(drop.diameter, dropClass.travel.w * c.focus.z, Float(c.lens.x), Float(c.range.z));
-    p.isSeen = (lanes::min(p.depthOpen, p.depthClose) >= c.range.x) & (p.depth <= c.range.y) & (p.depth <= visible);
+    const Float path = dropClass.travel.w * c.focus.z;
+    const Float visible = eight::visibleDepth(drop.diameter, path, Float(c.lens.x), Float(c.range.z));
+    p.drawn = eight::drawnShare(p.depth, drop.diameter, path, Float(c.lens.x), Float(c.medium.y));
+    p.isSeen = (lanes::min(p.depthOpen, p.depthClose) >= c.range.x) & (p.depth <= c.range.y) & (p.depth <= visible) &
+               (drop.rank < p.drawn * p.drawn);
     if (!p.isSeen.any()) return p;
 
     const Float perOpen = Float(c.lens.x) / p.depthOpen, perClose = Float(focalClose) / p.depthClose;
@@ -151,7 +158,7 @@ VIRGA_SIMD void emitStrokes(const Frame& frame, const particles::CellList& cells
             if (!p.isSeen.any()) continue;
 
             const Float matte = matteOf(frame, drop.diameter, eight::unitFloat(drop.look));
-            const Float covered = p.width * p.width * (0.78539816f * frame.constants.range.w);
+            const Float covered = p.width * p.width * (0.78539816f * frame.constants.range.w) / p.drawn;
             const Float share = p.width / (p.halfWidth * 2.0f);
             for (int lane = 0; lane < lanes::count; ++lane) {
                 if (!p.isSeen[lane]) continue;
@@ -164,7 +171,9 @@ VIRGA_SIMD void emitStrokes(const Frame& frame, const particles::CellList& cells
                 if (frame.features.lights) {
                     const glm::vec3 open(drop.open.x[lane], drop.open.y[lane], drop.open.z[lane]);
                     const glm::vec3 close(drop.close.x[lane], drop.close.y[lane], drop.close.z[lane]);
-                    list.lamps.push_back(lampsInDrop(frame, 0.5f * (open + close)) * stroke.look.y);
+                    // The veil knows nothing of lamps: strokes bring the light of those that are not drawn as well,
+                    // 1 / q^2 in all.
+                    list.lamps.push_back(lampsInDrop(frame, 0.5f * (open + close)) * (stroke.look.y / p.drawn[lane]));
                 }
                 add(frame, stroke, list);
             }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -46,6 +47,7 @@ struct Frame {
     Mattes mattes;
     ConstImageViewF depth;          ///< [m]; features.depth
     std::vector<float> fogTable;    ///< optical depth; features.fog
+    std::vector<float> veilTable;   ///< pairs, see frame.glsl; features.veil
     ImageF lightGrid, lowPassGrid;  ///< RGBA nodes, constants.lights.y pixels apart
     std::vector<float> lut;         ///< of the colour transfer, constants.lut.z nodes a side, RGB
     std::vector<shared::PointLight> lamps;
@@ -61,11 +63,28 @@ struct Frame {
     /// Optical depth of the fog to `depth` [m].
     float fogTo(float depth_m) const
     {
+        const TablePlace at = placeOf(depth_m);
+        return fogTable[at.entry] + (fogTable[at.entry + 1] - fogTable[at.entry]) * at.beyond;
+    }
+    /// Entry of the veil table where the picture is so deep.
+    glm::vec2 veilTo(float depth_m) const
+    {
+        const TablePlace at = placeOf(depth_m);
+        const float* pair = veilTable.data() + 2 * at.entry;
+        return {pair[0] + (pair[2] - pair[0]) * at.beyond, pair[1] + (pair[3] - pair[1]) * at.beyond};
+    }
+
+private:
+    struct TablePlace {
+        std::size_t entry;
+        float beyond;
+    };
+    TablePlace placeOf(float depth_m) const
+    {
         constexpr float last = float(shared::fogTableSize - 1);
         const float place = depth_m < 1e30f ? depth_m / (depth_m + constants.focus.w) * last : last;
         const int entry = place < last ? int(place) : int(last) - 1;
-        return fogTable[std::size_t(entry)] +
-               (fogTable[std::size_t(entry) + 1] - fogTable[std::size_t(entry)]) * (place - float(entry));
+        return {std::size_t(entry), place - float(entry)};
     }
 };
 

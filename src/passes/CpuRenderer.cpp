@@ -89,6 +89,8 @@ CpuRenderer::~CpuRenderer() = default;
 void CpuRenderer::setDepth(ConstImageViewF depth) { impl_->frame.depth = depth; }
 void CpuRenderer::setFogTable(const std::vector<float>& opticalDepth) { impl_->frame.fogTable = opticalDepth; }
 
+void CpuRenderer::setVeilTable(const std::vector<float>& sums) { impl_->frame.veilTable = sums; }
+
 void CpuRenderer::setLamps(std::span<const shared::PointLight> lamps)
 {
     impl_->frame.lamps.assign(lamps.begin(), lamps.end());

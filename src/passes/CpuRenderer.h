@@ -30,6 +30,7 @@ public:
     /// As FrameTargets' of the same names. Depth is not copied and must live until the frame is rendered.
     void setDepth(ConstImageViewF depth);
     void setFogTable(const std::vector<float>& opticalDepth);
+    void setVeilTable(const std::vector<float>& sums);
     void setLamps(std::span<const shared::PointLight> lamps);
     void setRingTransfer(const std::vector<float>& ringTransfer);
     void setLut(const std::vector<float>& rgb);  ///< constants.lut.z nodes a side

@@ -17,6 +17,7 @@ struct Features {
     bool cameraMotion = false;  ///< the camera moves while the shutter is open
     bool software = false;      ///< the device is Mesa's software renderer: barriers are dear, atomics are not
     bool nearest = false;       ///< depth and motion of the nearest stroke; needs rain
+    bool veil = false;          ///< faint strokes are thinned out, their mean is added to the rain's sums; needs rain
 
     bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
     bool lowPass() const { return boost || fog; }           ///< something needs the smooth background too

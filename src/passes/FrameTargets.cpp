@@ -105,6 +105,12 @@ void FrameTargets::uploadFogTable(const std::vector<float>& opticalDepth)
     fogTable_.upload(GL_RED, GL_FLOAT, opticalDepth.data());
 }
 
+void FrameTargets::uploadVeilTable(const std::vector<float>& sums)
+{
+    veilTable_ = gl::Texture::make2D(GL_RG32F, int(sums.size() / 2), 1);
+    veilTable_.upload(GL_RG, GL_FLOAT, sums.data());
+}
+
 void FrameTargets::uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground)
 {
     dropRadiance_ = equirectangularTexture(radiance);
@@ -138,6 +144,7 @@ void FrameTargets::bind() const
     bindTexture(plate, PlateUnit);
     bindTexture(depth_, DepthUnit);
     bindTexture(fogTable_, FogTableUnit);
+    bindTexture(veilTable_, VeilTableUnit);
     bindTexture(lightGrid, DropRadianceUnit);
     bindTexture(lowPassGrid, LowPassUnit);
     bindTexture(lut_, LutUnit);

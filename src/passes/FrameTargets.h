@@ -23,7 +23,8 @@ enum TextureUnit : unsigned {
     DropRadianceUnit,
     LowPassUnit,
     LutUnit,
-    RingTransferUnit
+    RingTransferUnit,
+    VeilTableUnit
 };
 enum StorageIndex : unsigned {
     FrameIndex,
@@ -56,6 +57,7 @@ public:
     void uploadPlate(ConstImageViewF rgba);                       ///< width x height x 4
     void uploadDepth(ConstImageViewF depth);                      ///< width x height x 1 [m], +inf sky
     void uploadFogTable(const std::vector<float>& opticalDepth);  ///< at places 0..1, see fogTablePlace()
+    void uploadVeilTable(const std::vector<float>& sums);         ///< pairs at the same places, see frame.glsl
     void uploadDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground);  ///< equirectangular RGB
     /// ringTransfer: D(theta) [1/sr] RGB at equal steps of theta from 0 to pi.
     void uploadRingTransfer(const std::vector<float>& ringTransfer);
@@ -90,7 +92,7 @@ private:
     int width_, height_;
     shared::FrameConstants frame_{};
     gl::Buffer constants_, accumulators_, splashAccumulators_, beauty_, layers_, lights_;
-    gl::Texture depth_, fogTable_, dropRadiance_, lowPass_, lut_, ringTransfer_;
+    gl::Texture depth_, fogTable_, veilTable_, dropRadiance_, lowPass_, lut_, ringTransfer_;
 };
 
 }  // namespace virga::passes

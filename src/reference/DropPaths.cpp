@@ -26,6 +26,13 @@ double drawnDepth(double diameter_m, double path_m, double focal_px, double thre
     return 2 * c / (b + std::sqrt(b * b + 4 * c));
 }
 
+double thinnedShare(double diameter_m, double path_m, double focal_px, double depth_m, double thin)
+{
+    if (!(thin > 0)) return 1;
+    const double pixels = std::numbers::pi / 4 * std::pow(focal_px * diameter_m / depth_m, 2);
+    return std::min(1.0, pixels / (1 + focal_px * path_m / depth_m) / thin);
+}
+
 double DropPath::length_px() const
 {
     double sum = 0;
@@ -38,15 +45,20 @@ DropPaths::DropPaths(const Scene& scene) : scene_(scene)
     const particles::Exposure& exposure = scene.exposure;
     const particles::RainField& field = *scene.rain.field;
     particles::Visibility listed = scene.rain.visibility;
-    listed.blurAngle += widerBy;
-    if (scene.rain.allDrops) listed.threshold = noThreshold;
+    if (scene.rain.allDrops) {
+        listed.threshold = noThreshold;
+        listed.thin = 0;
+    }
     const double expected = field.expectedStrokes(exposure.projection, exposure.duration_s, listed);
     if (expected > mostDrops)
         throw Error(ErrorCode::InvalidArgument,
                     "--reference: {:.2g} drops fall in view within --far {:g} m, at most {:.0g} can be drawn one by "
                     "one; lower --far to {:.2g}",
                     expected, listed.far_m, mostDrops, listed.far_m * std::cbrt(0.9 * mostDrops / expected));
-    list_ = field.cellsInView(exposure, listed);
+    particles::Exposure wider = exposure;
+    wider.projection.width += int(2 * widerBy * exposure.projection.focal_px);
+    wider.projection.height += int(2 * widerBy * exposure.projection.focal_px);
+    list_ = field.cellsInView(wider, listed);
 
     const glm::dquat open = glm::quat_cast(exposure.poseAtOpen.worldFromCamera),
                      close = glm::quat_cast(exposure.poseAtClose.worldFromCamera);
@@ -56,10 +68,10 @@ DropPaths::DropPaths(const Scene& scene) : scene_(scene)
         const double share = double(n) / (DropPath::most - 1), time = share * exposure.duration_s;
         step.classes = list_.classes;
         for (std::size_t c = 0; c < step.classes.size(); ++c) {
-            const double speed = field.classes()[c].speed;
+            const double speed = field.classOf(c).speed;
             const glm::dvec3 way = field.motion().displacement(speed, exposure.open_s + time) -
                                    field.motion().displacement(speed, exposure.open_s) - share * cameraWay;
-            step.classes[c].travel = glm::vec4(glm::vec3(way), float(speed));
+            step.classes[c].travel = glm::vec4(glm::vec3(way), step.classes[c].travel.w);
         }
         step.waves = field.motion().turbulenceWaves(time);
         step.cameraFromWorld = glm::transpose(glm::mat3_cast(glm::slerp(open, close, share)));
@@ -98,10 +110,15 @@ bool DropPaths::follow(std::size_t cell, std::uint32_t index, DropPath& path) co
     const shared::Drop drop = shared::dropInCell(c, dropClass, w[0], w[1], w[2], w[3], index);
     path.diameter = double(drop.diameter);
     path.look = drop.look;
-    if (!scene_.rain.allDrops &&
-        middle > drawnDepth(path.diameter, double(dropClass.travel.w) * scene_.exposure.duration_s,
-                            scene_.exposure.projection.focal_px, visibility.threshold))
-        return false;
+    path.standsFor = 1;
+    if (!scene_.rain.allDrops) {
+        const double way = double(dropClass.travel.w) * scene_.exposure.duration_s,
+                     focal = scene_.exposure.projection.focal_px;
+        if (middle > drawnDepth(path.diameter, way, focal, visibility.threshold)) return false;
+        const double share = thinnedShare(path.diameter, way, focal, middle, visibility.thin);
+        if (double(drop.rank) >= share * share) return false;
+        path.standsFor = 1 / share;
+    }
 
     path.id = particles::mix((std::uint64_t(c.key.y) << 32 | c.key.x) ^ particles::mix(index + 1));
     path.moments = 2;

@@ -24,9 +24,10 @@ struct DropPath {
     };
     int moments = 2;  ///< 2 where the way is under two pixels long, else `most`
     std::array<Moment, most> at;
-    double diameter;     ///< [m]
-    std::uint32_t look;  ///< random bits for what the stroke looks like
-    std::uint64_t id;    ///< of this drop alone: a hash of (cell, number)
+    double diameter;       ///< [m]
+    double standsFor = 1;  ///< so many times as dense as it is: for drops that are thinned out
+    std::uint32_t look;    ///< random bits for what the stroke looks like
+    std::uint64_t id;      ///< of this drop alone: a hash of (cell, number)
 
     double length_px() const;
 };
@@ -69,5 +70,9 @@ private:
 /// Greatest depth [m] at which a drop's stroke reaches the matte value `threshold`: the renderer's rule for which drops
 /// it draws (shaders/shared/visibility.glsl), the positive root of z^2 + f s z = pi/4 f^2 D^2 / threshold.
 double drawnDepth(double diameter_m, double path_m, double focal_px, double threshold);
+
+/// The matte value of a drop's stroke as a share of `thin`, at most 1: the drop is drawn if its rank is under the
+/// square of it (drawnShare of the same file).
+double thinnedShare(double diameter_m, double path_m, double focal_px, double depth_m, double thin);
 
 }  // namespace virga::reference

@@ -1,12 +1,14 @@
 #include "reference/RainLayer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <mutex>
 #include <tuple>
 
 #include "core/Parallel.h"
 #include "reference/DropSampler.h"
+#include "reference/UndrawnRain.h"
 
 namespace virga::reference {
 namespace {
@@ -41,6 +43,55 @@ std::vector<Fragment> fragmentsOf(const Scene& scene, const SamplerTables& table
     return all;
 }
 
+/// What thinned strokes leave out, as a smooth part of the layer.
+class Veil {
+public:
+    explicit Veil(const Scene& scene)
+    {
+        constexpr int nodes = 512;
+        const Rain& rain = scene.rain;
+        for (int i = 0; i < nodes; ++i)
+            depths_.push_back(rain.visibility.far_m * std::pow(double(i) / (nodes - 1), 2.0));
+        sums_ = thinnedOpticalDepths(depths_, *rain.thinnedSizes, *rain.field, rain.visibility,
+                                     scene.exposure.projection.focal_px, scene.exposure.duration_s);
+        clear_ = {0};
+        for (double& sum : sums_) sum *= rain.opacity;
+        for (std::size_t i = 1; i < depths_.size(); ++i) {
+            const double fog = scene.air.opticalDepth ? scene.air.opticalDepth(0.5 * (depths_[i - 1] + depths_[i])) : 0;
+            clear_.push_back(clear_.back() + (sums_[i] - sums_[i - 1]) * std::exp(-fog));
+        }
+    }
+
+    struct Sums {
+        double optical, clear;  // clear: share of its light that the fog in front lets through
+    };
+    Sums to(double depth) const
+    {
+        const auto above = std::upper_bound(depths_.begin() + 1, depths_.end() - 1, depth);
+        const auto i = std::size_t(above - depths_.begin());
+        const double t = std::clamp((depth - depths_[i - 1]) / (depths_[i] - depths_[i - 1]), 0.0, 1.0);
+        const double optical = std::lerp(sums_[i - 1], sums_[i], t);
+        return {optical, optical > 0 ? std::lerp(clear_[i - 1], clear_[i], t) / optical : 1};
+    }
+
+private:
+    std::vector<double> depths_, sums_, clear_;
+};
+
+void addVeil(const Scene& scene, ConstImageViewF depth, const ImageD& lit, const ImageD& fogLight, ImageD& rain)
+{
+    const Veil veil(scene);
+    for (int y = 0; y < rain.height(); ++y)
+        for (int x = 0; x < rain.width(); ++x) {
+            const Veil::Sums sums = veil.to(depth.empty() ? scene.rain.visibility.far_m : double(depth.at(x, y)));
+            double* pixel = rain.pixel(x, y);
+            const double shows = (1 - pixel[3]) * -std::expm1(-sums.optical);
+            for (int c = 0; c < 3; ++c)
+                pixel[c] += shows * std::lerp(fogLight.at(x, y, c), lit.at(x, y, c), sums.clear);
+            pixel[3] += shows;
+        }
+}
+
 }  // namespace
 
 RainLayer rainLayer(const Scene& scene, ConstImageViewF depth, const ImageD& lit, const ImageD& fogLight)
@@ -68,6 +119,7 @@ RainLayer rainLayer(const Scene& scene, ConstImageViewF depth, const ImageD& lit
             layer.motion.data()[2 * f.pixel + 1] = f.motion.y;
         }
     }
+    if (scene.rain.thinnedSizes != nullptr) addVeil(scene, depth, lit, fogLight, layer.rain);
     return layer;
 }
 

@@ -13,6 +13,7 @@
 #include "grade/Darken.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
+#include "rainfall/DropSizes.h"
 
 namespace virga::reference {
 
@@ -26,6 +27,8 @@ struct Rain {
     /// Every drop of the field between near and far; else those whose stroke reaches the threshold, which are the ones
     /// that the renderer draws. Drops under the field's smallest class (0.3 mm) are in no field and always fog.
     bool allDrops = true;
+    /// The sizes that the field was made from, if some of its strokes are thinned out: the mean of those is a veil.
+    const rainfall::DropSizes* thinnedSizes = nullptr;
     double opacity = 1;  ///< multiplies what drops cover
     /// Mattes that drops wear; nothing: drops are plain discs.
     const matte::StrokeAtlas* atlas = nullptr;

@@ -1,6 +1,8 @@
 // What the rain that is not drawn drop by drop does to the view.
 #pragma once
 
+#include <vector>
+
 #include "rainfall/DropSizes.h"
 #include "reference/Scene.h"
 
@@ -14,5 +16,12 @@ namespace virga::reference {
 /// sizes: the rain's, per unit of the field's density scale. allDrops: only those under the smallest class are left.
 double undrawnOpticalDepth(double depth_m, const rainfall::DropSizes& sizes, const particles::RainField& field,
                            const particles::Visibility& visibility, bool allDrops, double focal_px, double exposure_s);
+
+/// Optical depth [1] out to each of the depths [m], ascending, that strokes which are thinned out leave to be drawn
+/// otherwise:
+///     integral of N(D) pi/4 D^2 (1 - thinnedShare) over the depths at which a drop of size D is drawn, dD dz.
+std::vector<double> thinnedOpticalDepths(const std::vector<double>& depths_m, const rainfall::DropSizes& sizes,
+                                         const particles::RainField& field, const particles::Visibility& visibility,
+                                         double focal_px, double exposure_s);
 
 }  // namespace virga::reference

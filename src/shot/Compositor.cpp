@@ -13,8 +13,15 @@
 namespace virga::shot {
 namespace {
 
-/// Depth at which an entry of the fog table is a half [m].
+/// Depth of the middle entry of the fog and veil tables [m].
 constexpr double fogTableScale = 20;
+constexpr std::size_t tableSize = shared::fogTableSize;
+
+double depthOfEntry(std::size_t entry)
+{
+    const double place = double(entry) / double(tableSize - 1);
+    return place < 1 ? fogTableScale * place / (1 - place) : std::numeric_limits<double>::infinity();
+}
 
 }  // namespace
 
@@ -25,11 +32,12 @@ struct Compositor::Impl : ShotScene {
 
     std::unique_ptr<PictureRenderer> renderer;
     std::shared_ptr<const depth::Depth> usedDepth;
-    double fogTableFocal = -1;  // focal length that the table in use was made for [px]
+    double tablesFocal = -1;  // focal length that the tables in use were made for [px]
+    std::vector<float> fogTable, veilTable;
 
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
     void setLamps(const particles::Exposure& exposure);
-    void setFog(const particles::Exposure& exposure);
+    void setTables(const particles::Exposure& exposure);
     void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
     /// The frame without its margins.
     ConstImageViewF frameIn(const ImageF& wide) const
@@ -69,7 +77,11 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     if (plan.features.fog) c.medium.x = float(extinctionAround(exposure));
     c.lut = {lut.delta, lut.maximum, float(lut.size), 0};
     if (rain) {
-        c.range.z = float(rain->visibility(exposure).threshold);
+        const particles::Visibility visibility = rain->visibility(exposure);
+        c.range.z = float(visibility.threshold);
+        c.medium.y = float(visibility.thin);
+        c.medium.z = veilTable[2 * tableSize - 2];
+        c.medium.w = veilTable[2 * tableSize - 1];
         c.boost.z = float(rain->opticalDepth(settings.fogDistance_m, exposure));
     }
     if (plan.features.fog && settings.fog_1_m) c.boost.z = float(*settings.fog_1_m * settings.fogDistance_m);
@@ -87,21 +99,29 @@ void Compositor::Impl::setLamps(const particles::Exposure& exposure)
     renderer->setLamps(fromCamera);
 }
 
-void Compositor::Impl::setFog(const particles::Exposure& exposure)
+/// Fog and veil as functions of depth. The veil's second sum has the light that the fog in front of it lets through.
+void Compositor::Impl::setTables(const particles::Exposure& exposure)
 {
-    if (fogTableFocal == exposure.projection.focal_px) return;
-    fogTableFocal = exposure.projection.focal_px;
-    std::vector<float> table(shared::fogTableSize);
-    parallelFor(0, shared::fogTableSize, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (std::ptrdiff_t i = first; i < last; ++i) {
-            const double place = double(i) / (shared::fogTableSize - 1);
-            const double depth =
-                place < 1 ? fogTableScale * place / (1 - place) : std::numeric_limits<double>::infinity();
-            table[std::size_t(i)] = float(fogOpticalDepth(depth, exposure));
+    if (tablesFocal == exposure.projection.focal_px) return;
+    tablesFocal = exposure.projection.focal_px;
+    const particles::Visibility visibility = rain ? rain->visibility(exposure) : particles::Visibility{};
+    fogTable.assign(tableSize, 0);
+    veilTable.assign(2 * tableSize, 0);
+    parallelFor(0, std::ptrdiff_t(tableSize), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto i = std::size_t(first); i < std::size_t(last); ++i) {
+            if (plan.features.fog) fogTable[i] = float(fogOpticalDepth(depthOfEntry(i), exposure));
+            if (plan.features.veil) veilTable[2 * i] = float(rain->veil(depthOfEntry(i), exposure, visibility));
         }
     });
-    statistics.fogExtinction_1_m = extinctionAround(exposure);
-    renderer->setFogTable(table);
+    for (std::size_t i = 1; i < tableSize; ++i) {
+        const float clear = 0.5f * (std::exp(-fogTable[i - 1]) + std::exp(-fogTable[i]));
+        veilTable[2 * i + 1] = veilTable[2 * i - 1] + clear * (veilTable[2 * i] - veilTable[2 * i - 2]);
+    }
+    if (plan.features.fog) {
+        statistics.fogExtinction_1_m = extinctionAround(exposure);
+        renderer->setFogTable(fogTable);
+    }
+    if (plan.features.veil) renderer->setVeilTable(veilTable);
 }
 
 void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate)
@@ -184,7 +204,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     timed("inputs", [&] {
         statistics.repairedPixels += repairPixels(plate.pixels);
         if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels));
-        if (features.fog) m.setFog(exposure);
+        m.setTables(exposure);
         if (features.lights) m.setLamps(exposure);
     });
     if (m.light)

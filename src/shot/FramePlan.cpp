@@ -21,6 +21,13 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
         : s.opacity > 0 ? fmt::format("{:g} mm/h", s.rate_mm_h)
                         : "--opacity is 0");
 
+    f.veil = f.rain && s.thin > s.threshold;
+    add("thinning", f.veil,
+        !f.rain      ? "no strokes"
+        : f.veil     ? fmt::format("strokes under --thin {:g}", s.thin)
+        : s.thin > 0 ? "--thin is not over --threshold"
+                     : "--thin is 0");
+
     const bool autoFog = !s.fog_1_m.has_value();
     f.fog = autoFog ? falls : *s.fog_1_m > 0;
     add("fog", f.fog,
@@ -75,8 +82,7 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
     f.layers = wanted.layers && f.anything();
     f.nearest = f.layers && f.rain;
     add("layers", f.layers, f.layers ? "--layers" : wanted.layers ? "the beauty is the plate" : "no --layers");
-    add("composite", f.anything(),
-        f.anything() ? "" : "every effect is off: the plate passes through");
+    add("composite", f.anything(), f.anything() ? "" : "every effect is off: the plate passes through");
     return plan;
 }
 

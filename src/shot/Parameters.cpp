@@ -31,6 +31,7 @@ constexpr Parameter table[] = {
     {"near", "rain", "m", 0.01, 1e4, "no stroke nearer than this", &S::near_m},
     {"far", "rain", "m", 0.02, 1e6, "no rain beyond this, drawn or as fog", &S::far_m},
     {"threshold", "rain", "", 1e-5, 0.5, "least opacity of a stroke that is drawn; fainter ones are fog", &S::threshold},
+    {"thin", "rain", "", 0, 0.5, "strokes fainter than this are drawn in smaller number and denser, as far as they still overlap: the rain's mean, variance and spectrum stay; 0 draws each one", &S::thin},
     {"seed", "rain", "", 0, 4294967295.0, "another number, other drops", &S::seed},
     {"mattes", "rain", "", 0, 0, "stroke atlas to draw with (image, with or without a .json beside it)", &S::mattes},
     {"shutter", "camera", "deg", 0, 3600, "shutter angle; 360 is open for the whole frame; auto: 1/200 s, as a camera in daylight", &S::shutter_deg},

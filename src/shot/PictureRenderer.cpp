@@ -53,6 +53,7 @@ public:
     std::string device() const override { return context_->device().renderer; }
     void setDepth(ConstImageViewF metres) override { targets_->uploadDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { targets_->uploadFogTable(opticalDepth); }
+    void setVeilTable(const std::vector<float>& sums) override { targets_->uploadVeilTable(sums); }
     void setLamps(std::span<const shared::PointLight> lamps) override { targets_->uploadLights(lamps); }
     void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
     {
@@ -131,6 +132,7 @@ public:
     std::string device() const override { return "processor, without OpenGL"; }
     void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { renderer_.setFogTable(opticalDepth); }
+    void setVeilTable(const std::vector<float>& sums) override { renderer_.setVeilTable(sums); }
     void setLamps(std::span<const shared::PointLight> lamps) override { renderer_.setLamps(lamps); }
     void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
     {

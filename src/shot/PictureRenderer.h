@@ -44,6 +44,7 @@ public:
 
     virtual void setDepth(ConstImageViewF metres) = 0;  ///< must live until the next is set
     virtual void setFogTable(const std::vector<float>& opticalDepth) = 0;
+    virtual void setVeilTable(const std::vector<float>& sums) = 0;
     virtual void setLamps(std::span<const shared::PointLight> lamps) = 0;
     virtual void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) = 0;
 

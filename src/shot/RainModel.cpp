@@ -30,7 +30,11 @@ particles::RainField fieldOf(const Settings& s, const rainfall::DropSizes& sizes
     const auto classes = rainfall::makeSizeClasses(sizes);
     const auto seed = std::uint32_t(s.seed);
     particles::RainField field(classes, sizes.slope(), motion, seed);
-    const double expected = field.expectedStrokes(first.projection, first.duration_s, visibility);
+    // --strokes counts every drop whose stroke is over the threshold, whatever thinning makes of them.
+    particles::Visibility unthinned = visibility;
+    unthinned.thin = 0;
+    const double expected =
+        field.expectedStrokes(first.projection, first.duration_s, s.strokes ? unthinned : visibility);
     const double wanted = s.strokes ? *s.strokes : expected;
     if (wanted > mostStrokes)
         throw Error(ErrorCode::InvalidArgument,
@@ -55,6 +59,7 @@ particles::Visibility limitsOf(const Settings& s)
     limits.far_m = s.far_m;
     // What the multiplier makes more opaque is seen from farther; at opacity 0 nothing is drawn at all.
     limits.threshold = s.threshold / std::max(s.opacity, 1e-6);
+    limits.thin = s.thin / std::max(s.opacity, 1e-6);
     return limits;
 }
 
@@ -62,16 +67,26 @@ particles::Visibility limitsOf(const Settings& s)
 
 RainModel::RainModel(const Settings& s, const particles::Exposure& first)
     : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), opacity_(s.opacity), sensorWidth_mm_(s.sensorWidth_mm),
-      fstop_(s.fstop), focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_))
+      fstop_(s.fstop), focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_)),
+      firstFocal_px_(first.projection.focal_px), firstExposure_s_(first.duration_s),
+      firstThin_(field_.thinnableTo(firstFocal_px_, firstExposure_s_, limits_))
 {
+}
+
+/// The limits, with strokes thinned no more than this lens and exposure allow.
+particles::Visibility RainModel::limitsFor(double focal_px, double exposure_s) const
+{
+    particles::Visibility v = limits_;
+    const bool isFirst = focal_px == firstFocal_px_ && exposure_s == firstExposure_s_;
+    v.thin = isFirst ? firstThin_ : field_.thinnableTo(focal_px, exposure_s, limits_);
+    return v;
 }
 
 particles::Visibility RainModel::visibility(const particles::Exposure& exposure) const
 {
-    particles::Visibility v = limits_;
-    const double aperture_m =
-        1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
-    v.blurAngle = 0.5 * aperture_m * std::abs(1 / v.near_m - 1 / focus_m_);
+    particles::Visibility v = limitsFor(exposure.projection.focal_px, exposure.duration_s);
+    v.aperture_m = 1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
+    v.focus_m = focus_m_;
     return v;
 }
 
@@ -81,6 +96,11 @@ double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposu
 {
     return undrawnEfficiency() * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s,
                                                             limits_, sizes_.extinction(1.0));
+}
+
+double RainModel::veil(double depth_m, const particles::Exposure& exposure, const particles::Visibility& used) const
+{
+    return opacity_ * field_.thinnedOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, used);
 }
 
 void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,

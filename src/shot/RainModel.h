@@ -26,15 +26,21 @@ public:
     /// Optical depth [1] of the rain that is not drawn one by one, out to `depth_m`.
     double opticalDepth(double depth_m, const particles::Exposure& exposure) const;
 
+    /// Optical depth [1] that thinned strokes leave out, as opaque as strokes are drawn. used: visibility(exposure).
+    double veil(double depth_m, const particles::Exposure& exposure, const particles::Visibility& used) const;
+
     /// Fills what the splash pass needs of the constants.
     void describeSplashes(shared::FrameConstants& constants, const particles::Exposure& exposure,
                           const Settings& settings) const;
 
 private:
+    particles::Visibility limitsFor(double focal_px, double exposure_s) const;
+
     rainfall::DropSizes sizes_;
     particles::Visibility limits_;
     double opacity_, sensorWidth_mm_, fstop_, focus_m_;
     particles::RainField field_;
+    double firstFocal_px_, firstExposure_s_, firstThin_;  // a lens that does not zoom needs no other
 };
 
 }  // namespace virga::shot

@@ -133,6 +133,7 @@ reference::Scene ReferenceRenderer::Impl::sceneAt(const particles::Exposure& exp
     if (plan.features.rain) {
         scene.rain.field = &rain->field();
         scene.rain.allDrops = options.allDrops;
+        if (plan.features.veil && !options.allDrops) scene.rain.thinnedSizes = &rain->sizes();
         scene.rain.opacity = settings.opacity;
         scene.rain.atlas = atlas ? &*atlas : nullptr;
         scene.rain.aperture_m =

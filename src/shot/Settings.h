@@ -27,6 +27,7 @@ struct Settings {
     double near_m = 0.8;
     double far_m = 200;
     double threshold = 0.02;
+    double thin = 0.08;
     std::int64_t seed = 1;
     std::string mattes;
     // camera

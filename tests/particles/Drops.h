@@ -19,6 +19,7 @@ struct SeenDrop {
     std::uint32_t index = 0, dropClass = 0;
     glm::dvec3 open, close;  // from the camera at open and at close, world axes [m]
     double diameter = 0;     // [m]
+    double rank = 0;
 
     std::uint64_t id() const { return mix(cell ^ mix(index)); }
 };
@@ -32,7 +33,8 @@ inline SeenDrop dropOf(const CellList& list, const shared::Cell& cell, std::uint
             cell.key.z,
             glm::dvec3(drop.open),
             glm::dvec3(drop.close),
-            double(drop.diameter)};
+            double(drop.diameter),
+            double(drop.rank)};
 }
 
 inline std::vector<SeenDrop> dropsOf(const CellList& list)
@@ -73,6 +75,19 @@ inline bool crosses(const glm::dvec2& a, const glm::dvec2& b, double width, doub
     return first <= last;
 }
 
+inline double depthOf(const SeenDrop& drop, const Exposure& exposure)
+{
+    return -0.5 * (inCamera(exposure.poseAtOpen, drop.open).z + inCamera(exposure.poseAtClose, drop.close).z);
+}
+
+/// shared::drawnShare of it.
+inline double drawnShareOf(const SeenDrop& drop, double speed, const Exposure& exposure, const Visibility& visibility)
+{
+    return double(shared::drawnShare(float(depthOf(drop, exposure)), float(drop.diameter),
+                                     float(speed * exposure.duration_s), float(exposure.projection.focal_px),
+                                     float(visibility.thin)));
+}
+
 /// Whether the drop's stroke touches a pixel. slack [px]: by how much it must reach into the picture.
 /// aperture [m] and 1 / focus [1/m] widen it as the lens does.
 inline bool isVisible(const SeenDrop& drop, double speed, const Exposure& exposure, const Visibility& visibility,
@@ -86,6 +101,8 @@ inline bool isVisible(const SeenDrop& drop, double speed, const Exposure& exposu
     if (depth > double(shared::visibleDepth(float(drop.diameter), float(speed * exposure.duration_s), float(focal),
                                             float(visibility.threshold))))
         return false;
+    const double share = drawnShareOf(drop, speed, exposure, visibility);
+    if (drop.rank >= share * share) return false;
     const double width = focal * drop.diameter / depth;
     const double confusion = focal * aperture * std::abs(1 / depth - inverseFocus);
     return crosses(camera::project(exposure.projection, open).px, camera::project(exposure.projection, close).px,

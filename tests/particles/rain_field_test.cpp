@@ -50,6 +50,9 @@ Exposure frozenAt(double t, double fov_deg = 90, int width = 400, int height = 4
     return exposure;
 }
 
+/// The layer of a field of one class that holds three quarters of its drops.
+constexpr std::size_t densest = 2;
+
 /// So low a threshold that every drop out to `far` is drawn.
 Visibility everythingTo(double far, double near = 0.1) { return {.near_m = near, .far_m = far, .threshold = 1e-9}; }
 
@@ -66,13 +69,14 @@ TEST(Cells, HoldAPoissonNumberOfDrops)
 {
     for (const int s : {0, 8, 16, 24, 31}) {
         const RainField field = rainOf(still, s);
-        const double edge = field.cellEdge(0), far = 12 * edge;
-        const double mean = field.classes()[0].numberPerVolume * edge * edge * edge;
+        const double edge = field.layers()[densest].cellEdge, far = 12 * edge;
+        const double mean = field.numberPerVolume(densest) * edge * edge * edge;
         const Exposure exposure = frozenAt(0);
         const CellList list = field.cellsInView(exposure, everythingTo(far));
         std::unordered_map<std::uint64_t, int> counts;
         const auto key = [](std::int64_t i, std::int64_t j, std::int64_t k) { return cellHash(0, 0, i, j, k); };
         for (std::size_t c = 0; c < list.cells.size(); ++c) {
+            if (list.cells[c].key.z != densest) continue;
             const glm::dvec3 at = glm::round(glm::dvec3(list.cells[c].origin) / edge);
             counts[key(std::int64_t(at.x), std::int64_t(at.y), std::int64_t(at.z))] = int(list.dropsIn(c));
         }
@@ -113,7 +117,7 @@ TEST(Cells, NumberInAnyBoxIsPoisson)
 {
     for (const int s : {2, 14}) {
         const RainField field = rainOf(still, s);
-        const double edge = field.cellEdge(0), box = 1.37 * edge, far = 18 * edge;
+        const double edge = field.layers()[densest].cellEdge, box = 1.37 * edge, far = 18 * edge;
         const double mean = field.classes()[0].numberPerVolume * box * box * box;
         const Exposure exposure = frozenAt(0);
         std::unordered_map<std::uint64_t, int> counts;
@@ -153,14 +157,14 @@ TEST(Cells, PlacesAreUniformAndIndependent)
 {
     for (const int s : {3, 20}) {
         const RainField field = rainOf(still, s);
-        const double edge = field.cellEdge(0);
         const SizeClass& c = field.classes()[0];
-        const CellList list = field.cellsInView(frozenAt(0), everythingTo(13 * edge));
+        const CellList list = field.cellsInView(frozenAt(0), everythingTo(13 * field.layers()[densest].cellEdge));
         std::vector<int> places(216), next(64);
         std::array<std::vector<int>, 3> size = {std::vector<int>(64), std::vector<int>(64), std::vector<int>(64)};
         int drops = 0, pairs = 0;
         for (std::size_t n = 0; n < list.cells.size(); ++n) {
             double before = -1;
+            const double edge = field.layers()[list.cells[n].key.z].cellEdge;
             for (std::uint32_t i = 0; i < list.dropsIn(n); ++i) {
                 const SeenDrop drop = test::dropOf(list, list.cells[n], i);
                 const glm::dvec3 local = (drop.open - glm::dvec3(list.cells[n].origin)) / edge;
@@ -200,7 +204,8 @@ TEST(Sizes, EachClassIsATruncatedExponential)
         const SizeClass& c = field.classes()[0];
         std::vector<int> seen(64);
         int drops = 0;
-        for (const SeenDrop& drop : dropsOf(field.cellsInView(frozenAt(0), everythingTo(8 * field.cellEdge(0))))) {
+        for (const SeenDrop& drop :
+             dropsOf(field.cellsInView(frozenAt(0), everythingTo(8 * field.layers()[densest].cellEdge)))) {
             EXPECT_GE(drop.diameter, c.d0 * (1 - 1e-6));
             EXPECT_LE(drop.diameter, c.d1 * (1 + 1e-6));
             const double u = std::expm1(-slope * (drop.diameter - c.d0)) / std::expm1(-slope * (c.d1 - c.d0));
@@ -256,7 +261,7 @@ TEST(Motions, DropsFollowTheClosedForm)
     for (const SeenDrop& drop : first) {
         const auto other = then.find(drop.id());
         if (other == then.end()) continue;
-        const double speed = field.classes()[drop.dropClass].speed;
+        const double speed = field.classOf(drop.dropClass).speed;
         const glm::dvec3 way = field.motion().displacement(speed, 10.0625) - field.motion().displacement(speed, 10.0);
         EXPECT_LT(glm::length(other->second.open - drop.open - way), 1e-5);
         EXPECT_EQ(other->second.diameter, drop.diameter);
@@ -343,7 +348,7 @@ TEST(Motions, NothingPopsFromFrameToFrame)
         const auto inFirst = byId(first), inSecond = byId(second);
         const auto check = [&](const std::vector<SeenDrop>& drops, int from, const auto& others, int to) {
             for (const SeenDrop& drop : drops) {
-                const double speed = field.classes()[drop.dropClass].speed;
+                const double speed = field.classOf(drop.dropClass).speed;
                 if (!isVisible(drop, speed, exposures[from], visibility, 0.01)) continue;
                 const auto other = others.find(drop.id());
                 if (other != others.end()) {
@@ -394,8 +399,8 @@ TEST(FarFrames, FrameTenMillionIsAsGoodAsFrameOne)
             const shared::Cell& cell = list.cells[n];
             const std::size_t s = cell.key.z;
             // The same place in 64-bit mantissas, from whole cell numbers.
-            const long double edge = field.cellEdge(s), t = static_cast<long double>(frame) / 24;
-            const std::array<long double, 3> way = {11 * t, -static_cast<long double>(field.classes()[s].speed) * t,
+            const long double edge = field.layers()[s].cellEdge, t = static_cast<long double>(frame) / 24;
+            const std::array<long double, 3> way = {11 * t, -static_cast<long double>(field.classOf(s).speed) * t,
                                                     -5 * t};
             std::array<std::int64_t, 3> index{};
             for (int axis = 0; axis < 3; ++axis) {
@@ -482,10 +487,12 @@ std::vector<View> difficultViews()
         {"panning", with(0.04, {0, 0, 0}, {3, 12, -5}), stormy, usual},
         {"driving", with(0.04, {0, 200, 0}, {}, {0.6, 0.2, 1.3}), stormy, usual},
         {"wide lens", with(0.02, {20, 0, 10}, {}, {}, 140), stormy, {.near_m = 0.3, .far_m = 6, .threshold = 1e-4}},
+        {"thinned", with(0.01, {5, 40, 0}), stormy, {.near_m = 0.3, .far_m = 25, .threshold = 1e-4, .thin = 2e-3}},
         {"faint only when near", with(0.02, {5, 0, 0}), stormy, {.near_m = 0.1, .far_m = 100, .threshold = 0.05}},
     };
     View open = {"wide aperture", with(0.01, {0, 0, 20}), stormy, usual, 0.01, 1.0 / 5};
-    open.visibility.blurAngle = 0.5 * open.aperture * std::abs(1 / open.visibility.near_m - open.inverseFocus);
+    open.visibility.aperture_m = open.aperture;
+    open.visibility.focus_m = 1 / open.inverseFocus;
     views.push_back(open);
     return views;
 }
@@ -501,7 +508,6 @@ TEST(Cameras, ListEveryDropThatShows)
             const CellList list = field.cellsInView(view.exposure, view.visibility);
             const auto listed = byId(dropsOf(list));
 
-            const double edge = field.cellEdge(0);
             const Exposure& e = view.exposure;
             const glm::dvec3 fallen = field.motion().displacement(c.speed, e.open_s);
             const glm::dvec3 way(list.classes[0].travel);
@@ -513,32 +519,36 @@ TEST(Cameras, ListEveryDropThatShows)
             const double corner = std::hypot(1.0, 0.5 * e.projection.width / e.projection.focal_px + 0.1,
                                              0.5 * e.projection.height / e.projection.focal_px + 0.1);
             const double around = depth * corner + glm::length(way) + field.motion().turbulenceReach() + 0.1;
-            const auto low = glm::floor((cameraInField - around) / edge),
-                       high = glm::floor((cameraInField + around) / edge);
-            const PoissonTable poisson(c.numberPerVolume * edge * edge * edge);
             std::size_t missed = 0, here = 0;
-            for (auto k = std::int64_t(low.z); k <= std::int64_t(high.z); ++k)
-                for (auto j = std::int64_t(low.y); j <= std::int64_t(high.y); ++j)
-                    for (auto i = std::int64_t(low.x); i <= std::int64_t(high.x); ++i) {
-                        const std::uint64_t hash = cellHash(7, 0, i, j, k);
-                        const glm::dvec3 at = edge * glm::dvec3(double(i), double(j), double(k));
-                        shared::Cell cell;
-                        cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), 0, 0};
-                        cell.origin = glm::vec4(glm::vec3(at - cameraInField), 0);
-                        cell.phase = field.motion().turbulencePhases(at, e.open_s, 0);
-                        const int count = poisson(unitDouble(mix(hash)));
-                        for (int n = 0; n < count; ++n) {
-                            const SeenDrop drop = test::dropOf(list, cell, std::uint32_t(n));
-                            if (!isVisible(drop, c.speed, e, view.visibility, 0.01, view.aperture, view.inverseFocus))
-                                continue;
-                            ++here;
-                            const auto found = listed.find(drop.id());
-                            missed += found == listed.end();
-                            if (found != listed.end()) {
-                                EXPECT_LT(glm::length(found->second.open - drop.open), 1e-5);
+            for (std::uint32_t layer = 0; layer < field.layers().size(); ++layer) {
+                const double edge = field.layers()[layer].cellEdge;
+                const auto low = glm::floor((cameraInField - around) / edge),
+                           high = glm::floor((cameraInField + around) / edge);
+                const PoissonTable poisson(field.numberPerVolume(layer) * edge * edge * edge);
+                for (auto k = std::int64_t(low.z); k <= std::int64_t(high.z); ++k)
+                    for (auto j = std::int64_t(low.y); j <= std::int64_t(high.y); ++j)
+                        for (auto i = std::int64_t(low.x); i <= std::int64_t(high.x); ++i) {
+                            const std::uint64_t hash = cellHash(7, layer, i, j, k);
+                            const glm::dvec3 at = edge * glm::dvec3(double(i), double(j), double(k));
+                            shared::Cell cell;
+                            cell.key = {std::uint32_t(hash), std::uint32_t(hash >> 32), layer, 0};
+                            cell.origin = glm::vec4(glm::vec3(at - cameraInField), 0);
+                            cell.phase = field.motion().turbulencePhases(at, e.open_s, 0);
+                            const int count = poisson(unitDouble(mix(hash)));
+                            for (int n = 0; n < count; ++n) {
+                                const SeenDrop drop = test::dropOf(list, cell, std::uint32_t(n));
+                                if (!isVisible(drop, c.speed, e, view.visibility, 0.01, view.aperture,
+                                               view.inverseFocus))
+                                    continue;
+                                ++here;
+                                const auto found = listed.find(drop.id());
+                                missed += found == listed.end();
+                                if (found != listed.end()) {
+                                    EXPECT_LT(glm::length(found->second.open - drop.open), 1e-5);
+                                }
                             }
                         }
-                    }
+            }
             EXPECT_EQ(missed, 0u) << view.name << ", class " << s << ": of " << here << " visible drops";
             visible += int(here);
         }
@@ -571,7 +581,7 @@ TEST(Strokes, AreAsManyAsExpected)
             expected += field.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
             for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, visibility))) {
                 const double seen = shared::visibleDepth(
-                    float(drop.diameter), float(field.classes()[drop.dropClass].speed * exposure.duration_s),
+                    float(drop.diameter), float(field.classOf(drop.dropClass).speed * exposure.duration_s),
                     float(exposure.projection.focal_px), float(threshold));
                 counted += isInside(drop.open, exposure, visibility.near_m, std::min(visibility.far_m, seen));
             }
@@ -579,6 +589,158 @@ TEST(Strokes, AreAsManyAsExpected)
         ASSERT_GT(expected, 3000) << threshold;
         EXPECT_NEAR(counted, expected, kNormal1e4 * std::sqrt(expected) + 5e-4 * expected) << threshold;
     }
+}
+
+// Drops that are thinned out, in a frustum over six frames, 50 to 500 thousand before: as many as expected, and what
+// they cover, 1 / q times as dense, has the sum of squares that all of them have, and q of the sum; the field says what
+// is missing. Each check is of a sum of independent terms, whose own scatter is taken for the limit: it fails by chance
+// once in 5,000.
+TEST(Thinning, KeepsVarianceAndSaysWhatIsMissingOfTheMean)
+{
+    const RainField field = rainOf(still);
+    for (const double thin : {0.004, 0.02, 0.1}) {
+        const Visibility all = {.near_m = 2, .far_m = 25, .threshold = 0.001};
+        Visibility thinned = all;
+        thinned.thin = thin;
+        double expected = 0, missing = 0, kept = 0, fullSum = 0, fullSquares = 0, sum = 0, squares = 0, scatter = 0,
+               scatterOfSquares = 0;
+        int counted = 0;
+        for (int frame = 0; frame < 6; ++frame) {
+            Exposure exposure = frozenAt(3.1 * frame, 50, 640, 360);
+            exposure.duration_s = 1e-3;
+            const double focal = exposure.projection.focal_px, pixels = 640.0 * 360.0;
+            expected += field.expectedStrokes(exposure.projection, exposure.duration_s, thinned);
+            missing += pixels * field.thinnedOpticalDepth(25, focal, exposure.duration_s, thinned);
+            // Terms: what a drop covers, in pixels; for the squares, times its opacity.
+            const auto add = [&](const SeenDrop& drop, bool isThinned) {
+                const double speed = field.classOf(drop.dropClass).speed, depth = test::depthOf(drop, exposure);
+                const double seen = shared::visibleDepth(float(drop.diameter), float(speed * exposure.duration_s),
+                                                         float(focal), 0.001f);
+                if (!isInside(drop.open, exposure, 2, std::min(25.0, seen))) return;
+                const double q = test::drawnShareOf(drop, speed, exposure, thinned),
+                             width = focal * drop.diameter / depth;
+                const double covers = pi / 4 * width * width, opacity = covers / (1 + focal * speed * 1e-3 / depth);
+                if (!isThinned) {
+                    fullSum += covers;
+                    fullSquares += covers * opacity;
+                    kept += q * covers;
+                } else if (drop.rank < q * q) {
+                    ++counted;
+                    sum += covers / q;
+                    squares += covers * opacity / (q * q);
+                    // Variance of a drop's term given that it may be drawn: its expected square, less the square.
+                    scatter += covers * covers * (1 - q * q) / (q * q);
+                    scatterOfSquares += std::pow(covers * opacity, 2) * (1 - q * q) / std::pow(q, 4);
+                }
+            };
+            for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, all))) add(drop, false);
+            for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, thinned))) add(drop, true);
+        }
+        ASSERT_GT(counted, 1500) << thin;
+        EXPECT_NEAR(counted, expected, kNormal1e4 * std::sqrt(expected) + 5e-4 * expected) << thin;
+        EXPECT_NEAR(squares, fullSquares, kNormal1e4 * std::sqrt(scatterOfSquares)) << thin;
+        EXPECT_LT(kNormal1e4 * std::sqrt(scatterOfSquares), 0.1 * fullSquares);
+        EXPECT_NEAR(sum, kept, kNormal1e4 * std::sqrt(scatter)) << thin;
+        EXPECT_NEAR((fullSum - kept) / missing, 1, 0.03) << thin;
+    }
+}
+
+TEST(Thinning, DrawsTheSameDropsOrNone)
+{
+    const RainField field = rainOf(stormy);
+    Exposure exposure = frozenAt(5, 70);
+    exposure.duration_s = 0.005;
+    const Visibility all = {.near_m = 0.3, .far_m = 10, .threshold = 1e-3};
+    Visibility thinned = all;
+    thinned.thin = 0.02;
+    const auto whole = byId(dropsOf(field.cellsInView(exposure, all)));
+    std::size_t drawn = 0;
+    for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, thinned))) {
+        const auto found = whole.find(drop.id());
+        ASSERT_NE(found, whole.end());
+        EXPECT_EQ(found->second.open, drop.open);
+        EXPECT_EQ(found->second.rank, drop.rank);
+        ++drawn;
+    }
+    EXPECT_LT(drawn, whole.size() / 2);
+    EXPECT_GT(drawn, 500u);
+}
+
+// What lies over a pixel of the strokes that are thinned out, from the drops themselves. 2 %: footprints are taken as
+// one pixel wide and as long as the way and a pixel.
+TEST(Thinning, OverlapIsWhatTheDropsHave)
+{
+    const RainField field = rainOf(still);
+    const Visibility visibility = {.near_m = 0.3, .far_m = 25, .threshold = 4e-4, .thin = 4e-3};
+    double covered = 0;
+    for (int frame = 0; frame < 4; ++frame) {
+        Exposure exposure = frozenAt(3.1 * frame, 50, 640, 360);
+        exposure.duration_s = 4e-3;
+        const double focal = exposure.projection.focal_px;
+        for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, visibility))) {
+            const double speed = field.classOf(drop.dropClass).speed,
+                         depth = -test::inCamera(exposure.poseAtOpen, drop.open).z;
+            const double q = double(shared::drawnShare(float(depth), float(drop.diameter),
+                                                       float(speed * exposure.duration_s), float(focal), 4e-3f));
+            const double seen =
+                shared::visibleDepth(float(drop.diameter), float(speed * exposure.duration_s), float(focal), 4e-4f);
+            if (q < 1 && drop.rank < q * q && isInside(drop.open, exposure, 0.3, std::min(25.0, seen)))
+                covered += focal * speed * exposure.duration_s / depth + 1;
+        }
+    }
+    EXPECT_NEAR(covered / (4 * 640 * 360) /
+                    field.thinnedOverlap(frozenAt(0, 50, 640, 360).projection.focal_px, 4e-3, visibility),
+                1, 0.02);
+}
+
+TEST(Thinning, StopsWhereStrokesNoLongerOverlap)
+{
+    const RainField field = rainOf(still);
+    const Visibility visibility = {.near_m = 0.3, .far_m = 100, .threshold = 1e-3, .thin = 0.03};
+    double before = 0;
+    for (const double focal : {60.0, 300.0, 1500.0, 20000.0}) {
+        Visibility used = visibility;
+        used.thin = field.thinnableTo(focal, 0.005, visibility);
+        EXPECT_GE(used.thin, std::max(before, visibility.threshold));
+        EXPECT_LE(used.thin, visibility.thin);
+        before = used.thin;
+        if (used.thin > visibility.threshold)
+            EXPECT_GE(field.thinnedOverlap(focal, 0.005, used), RainField::leastOverlap);
+        else
+            EXPECT_LT(field.thinnedOverlap(focal, 0.005, visibility), RainField::leastOverlap);
+    }
+    EXPECT_EQ(field.thinnableTo(60, 0.005, visibility), visibility.threshold);
+    EXPECT_EQ(field.thinnableTo(20000, 0.005, visibility), visibility.thin);
+    EXPECT_EQ(field.thinnableTo(20000, 0.005, {.threshold = 1e-3, .thin = 0}), 0);
+}
+
+TEST(Thinning, Limits)
+{
+    const RainField field = rainOf(still);
+    const auto missing = [&](double thin, double depth) {
+        return field.thinnedOpticalDepth(depth, 1000, 0.005,
+                                         {.near_m = 0.3, .far_m = 80, .threshold = 1e-3, .thin = thin});
+    };
+    EXPECT_EQ(missing(0, 50), 0);
+    EXPECT_EQ(missing(1e-3, 50), 0);
+    EXPECT_EQ(missing(0.1, 0.3), 0);
+    EXPECT_EQ(missing(0.1, 80), missing(0.1, std::numeric_limits<double>::infinity()));
+    double before = 0;
+    for (const double thin : {2e-3, 0.01, 0.1, 1.0}) {
+        EXPECT_GT(missing(thin, 50), before);
+        before = missing(thin, 50);
+    }
+    // Everything thinned out to nothing: what strokes would have drawn is all that is drawn otherwise.
+    const Visibility drawn = {.near_m = 0.3, .far_m = 80, .threshold = 1e-3};
+    const double all = DropSizes(25).extinction(1.0);
+    EXPECT_NEAR((missing(1e9, 50) + field.undrawnOpticalDepth(50, 1000, 0.005, drawn, all)) / (49.7 * all), 1, 0.01);
+    for (const float thin : {0.0f, 1e-3f, 0.5f})
+        for (const float depth : {0.1f, 3.0f, 1e4f}) {
+            const float q = shared::drawnShare(depth, 1e-3f, 0.04f, 1000, thin);
+            EXPECT_GT(q, 0);
+            EXPECT_LE(q, 1);
+            EXPECT_TRUE(thin > 0 || q == 1);
+        }
 }
 
 TEST(Strokes, VisibleDepthIsWhereTheStrokeReachesTheThreshold)
@@ -663,8 +825,8 @@ TEST(Extinction, WhatIsDrawnCoversWhatIsMissingInTheFog)
         for (const SeenDrop& drop : dropsOf(field.cellsInView(exposure, limits(0.0003)))) {
             const auto seen = [&](double threshold) {
                 return double(shared::visibleDepth(float(drop.diameter),
-                                                   float(field.classes()[drop.dropClass].speed * duration),
-                                                   float(focal), float(threshold)));
+                                                   float(field.classOf(drop.dropClass).speed * duration), float(focal),
+                                                   float(threshold)));
             };
             const double depth = -test::inCamera(exposure.poseAtOpen, drop.open).z;
             if (!isInside(drop.open, exposure, 2, far) || depth > seen(0.0003) || depth <= std::max(2.0, seen(0.003)))

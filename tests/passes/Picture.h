@@ -89,7 +89,7 @@ public:
             const glm::dvec3 open = at(w.start, w.depth), close = at(w.end, depthEnd);
             const float diameter = float(w.width * 0.5 * (w.depth + depthEnd) / double(focal));
             const auto number = std::uint32_t(list.cells.size());
-            list.classes.push_back({{diameter, diameter, 1.0f, 0.0f}, {glm::vec3(close - open), 0.0f}});
+            list.classes.push_back({{diameter, diameter, 1.0f, 0.0f}, {glm::vec3(close - open), 0.0f}, glm::vec4(0.0f)});
             list.cells.push_back(
                 {{0x9e3779b9u * (number + 1), number * 77u, number, number}, {glm::vec3(open), 0.0f}, glm::vec4(0.0f)});
             if (number % shared::dropsPerBlock == 0) list.blocks.push_back(number);

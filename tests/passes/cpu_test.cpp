@@ -25,7 +25,7 @@ struct Scene {
     shared::FrameConstants constants{};
     particles::CellList cells;
     ImageF plate{width, height, 4}, depth{width, height, 1}, radiance{32, 16, 3}, background{32, 16, 3};
-    std::vector<float> fogTable, ringTransfer, lut;
+    std::vector<float> fogTable, veilTable, ringTransfer, lut;
     std::vector<shared::PointLight> lamps{{{1, 1, -6, 0.1f}, {2, 1, 0.5f, 0}}, {{-2, 0.3f, -15, 0.2f}, {9, 9, 12, 0}}};
 
     explicit Scene(double exposure_s)
@@ -57,7 +57,6 @@ struct Scene {
         constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};
         constants.grade = {0.2f, 0.3f, 2.3f, 20};
         constants.lights.x = std::uint32_t(lamps.size());
-        constants.medium.x = 0.02f;
         constants.lut = {0.02f, 2, 9, 0};
 
         std::mt19937 random(5);
@@ -74,7 +73,11 @@ struct Scene {
         // Smooth, as a device's arc cosine has its own rounding.
         for (int i = 0; i < 3 * 256; ++i) ringTransfer.push_back(0.2f + 0.1f * std::cos(float(i) / 300));
         for (int i = 0; i < 3 * 9 * 9 * 9; ++i) lut.push_back(0.2f * (unit(random) - 0.5f));
-        for (int i = 0; i < shared::fogTableSize; ++i) fogTable.push_back(1.5f * float(i) / 255);
+        for (int i = 0; i < shared::fogTableSize; ++i) {
+            fogTable.push_back(1.5f * float(i) / 255);
+            veilTable.insert(veilTable.end(), {0.3f * float(std::max(i - 9, 0)) / 246, 0.2f * float(i) / 255});
+        }
+        constants.medium = {0.02f, 0, 0.3f, 0.2f};
     }
 };
 
@@ -98,6 +101,7 @@ Result byShaders(Features features, const Scene& scene)
     targets.uploadPlate(scene.plate);
     if (features.depth) targets.uploadDepth(scene.depth);
     if (features.fog) targets.uploadFogTable(scene.fogTable);
+    if (features.veil) targets.uploadVeilTable(scene.veilTable);
     std::optional<BlurPass> blur;
     if (features.blur) blur.emplace(features);
     if (features.lights) targets.uploadRingTransfer(scene.ringTransfer);
@@ -134,6 +138,7 @@ Result byCpu(const Features& features, const Scene& scene)
     CpuRenderer renderer(width, height, features, test::atlas(1));
     renderer.setDepth(scene.depth);
     renderer.setFogTable(scene.fogTable);
+    renderer.setVeilTable(scene.veilTable);
     renderer.setRingTransfer(scene.ringTransfer);
     renderer.setLamps(scene.lamps);
     renderer.setLut(scene.lut);
@@ -168,9 +173,9 @@ std::size_t differing(const ImageF& a, const ImageF& b, double tolerance)
 /// Every feature alone and with all others, and as many again by chance: the shaders are compiled for each.
 std::vector<Features> manyCombinations()
 {
-    constexpr unsigned all = (1u << 11) - 1;
+    constexpr unsigned bits = 12, all = (1u << bits) - 1;
     std::vector<unsigned> masks = {all};
-    for (unsigned bit = 0; bit < 11; ++bit)
+    for (unsigned bit = 0; bit < bits; ++bit)
         masks.insert(masks.end(), {1u << bit, all & ~(1u << bit), 1u | (1u << bit)});
     std::mt19937 random(3);
     for (int i = 0; i < 40; ++i) masks.push_back(random() & all);
@@ -185,6 +190,7 @@ std::vector<Features> manyCombinations()
         f.cameraMotion = has(9) && f.rain;
         f.layers = has(10);
         f.nearest = f.layers && f.rain;
+        f.veil = has(11) && f.rain;
         if (f.anything()) combinations.push_back(f);
     }
     return combinations;
@@ -196,7 +202,7 @@ std::string wordsOf(const Features& f)
     const auto add = [&](bool is, const char* word) { words += is ? word : ""; };
     add(f.rain, "rain "), add(f.fog, "fog "), add(f.depth, "depth "), add(f.darken, "darken "), add(f.boost, "boost ");
     add(f.blur, "blur "), add(f.colorTransfer, "transfer "), add(f.lights, "lamps "), add(f.splashes, "splashes "),
-        add(f.layers, "layers "), add(f.cameraMotion, "motion");
+        add(f.layers, "layers "), add(f.cameraMotion, "motion "), add(f.veil, "veil");
     return words;
 }
 
@@ -206,10 +212,11 @@ TEST(CpuRenderer, DrawsWhatTheShadersDraw)
 {
     const gl::Context context("cpu");
     for (const double exposure_s : {1 / 200.0, 1 / 40.0}) {
-        const Scene scene(exposure_s);
+        Scene scene(exposure_s);
         ASSERT_GT(scene.cells.drops, 1000u);
         for (const Features& f : manyCombinations()) {
             SCOPED_TRACE(wordsOf(f));
+            scene.constants.medium.y = f.veil ? 0.02f : 0.0f;
             const Result shaders = byShaders(f, scene), cpu = byCpu(f, scene);
             EXPECT_NEAR(double(cpu.strokes), double(shaders.strokes), 2e-4 * double(shaders.strokes) + 1);
             EXPECT_NEAR(double(cpu.splashes), double(shaders.splashes), 2e-3 * double(shaders.splashes) + 1);

@@ -197,7 +197,7 @@ TEST_F(Strokes, TheDeviceKeepsWhatShows)
     picture.rainAlpha(list);
     std::size_t inside = 0, around = 0;
     for (const auto& drop : particles::test::dropsOf(list)) {
-        const double speed = field.classes()[drop.dropClass].speed;
+        const double speed = field.classOf(drop.dropClass).speed;
         inside += particles::test::isVisible(drop, speed, exposure, visibility, 0.01);
         around += particles::test::isVisible(drop, speed, exposure, visibility, -1.01);
     }

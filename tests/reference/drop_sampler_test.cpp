@@ -22,7 +22,7 @@ Scene sceneOf(int samples)
     scene.exposure.duration_s = 0.005;
     scene.focalAtClose_px = focal;
     scene.rain.samples = samples;
-    scene.rain.visibility = {.near_m = 0.1, .far_m = 100, .threshold = 0.002, .blurAngle = 0};
+    scene.rain.visibility = {.near_m = 0.1, .far_m = 100, .threshold = 0.002};
     return scene;
 }
 

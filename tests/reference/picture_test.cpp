@@ -37,7 +37,7 @@ Scene sceneOf(const particles::RainField& field)
     scene.exposure.projection = camera::projectionFromHorizontalFov(width, height, 1.0);
     scene.focalAtClose_px = scene.exposure.projection.focal_px;
     scene.rain.field = &field;
-    scene.rain.visibility = {.near_m = 0.5, .far_m = 8, .threshold = 0.002, .blurAngle = 0};
+    scene.rain.visibility = {.near_m = 0.5, .far_m = 8, .threshold = 0.002};
     scene.rain.samples = 8;
     scene.dropLight = scene.behind = uniform(1);
     return scene;
@@ -160,10 +160,27 @@ TEST(UndrawnRain, IsWhatTheFieldSays)
     const particles::RainField field = fieldOf(25);
     for (const double threshold : {1e-4, 0.004, 0.02, 0.3})
         for (const double depth : {1.0, 7.0, 60.0, 500.0}) {
-            const particles::Visibility v = {.near_m = 0.8, .far_m = 200, .threshold = threshold, .blurAngle = 0};
+            const particles::Visibility v = {.near_m = 0.8, .far_m = 200, .threshold = threshold};
             const double ours = undrawnOpticalDepth(depth, sizes, field, v, false, 400, 0.005);
             EXPECT_NEAR(field.undrawnOpticalDepth(depth, 400, 0.005, v, sizes.extinction(1.0)), ours, 0.01 * ours)
                 << threshold << " " << depth;
+        }
+}
+
+TEST(UndrawnRain, ThinnedStrokesLeaveWhatTheFieldSays)
+{
+    const rainfall::DropSizes sizes(25);
+    const particles::RainField field = fieldOf(25);
+    std::vector<double> depths;
+    for (int i = 1; i <= 400; ++i) depths.push_back(0.25 * i);
+    for (const double thin : {0.01, 0.2})
+        for (const double exposure_s : {0.0, 0.005, 0.05}) {
+            const particles::Visibility v = {.near_m = 0.8, .far_m = 80, .threshold = 0.0015, .thin = thin};
+            const auto ours = thinnedOpticalDepths(depths, sizes, field, v, 400, exposure_s);
+            for (std::size_t i = 9; i < depths.size(); i += 30)
+                EXPECT_NEAR(field.thinnedOpticalDepth(depths[i], 400, exposure_s, v), ours[i], 0.01 * ours.back())
+                    << thin << ", " << exposure_s << " s, " << depths[i] << " m";
+            EXPECT_GT(ours.back(), 0);
         }
 }
 
@@ -171,7 +188,7 @@ TEST(UndrawnRain, IsTheSmallestDropsWhereAllAreDrawn)
 {
     const rainfall::DropSizes sizes(25);
     const particles::RainField field = fieldOf(25);
-    const particles::Visibility v = {.near_m = 0.8, .far_m = 200, .threshold = 0.02, .blurAngle = 0};
+    const particles::Visibility v = {.near_m = 0.8, .far_m = 200, .threshold = 0.02};
     EXPECT_NEAR(undrawnOpticalDepth(30, sizes, field, v, true, 400, 0.005), 30 * sizes.extinction(1, 0, 3e-4), 1e-12);
 }
 

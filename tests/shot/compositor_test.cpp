@@ -128,7 +128,7 @@ TEST(Compositor, AnyFrameAloneIsTheFrameOfTheSequence)
     {
         Compositor compositor(settings, shot, onCpu, {});
         for (const FrameNumber n : numbers) sequence[n] = compositor.render(plateOf(n));
-        EXPECT_GT(compositor.statistics().strokes, 16u * 300);
+        EXPECT_GT(compositor.statistics().strokes, 16u * 200);
         EXPECT_GT(compositor.statistics().splashes, 16u * 20);
     }
     std::sort(numbers.begin(), numbers.end(), [](auto a, auto b) { return particles::mix(a) < particles::mix(b); });
