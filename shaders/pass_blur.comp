@@ -1,6 +1,10 @@
 // The blur that many raindrops in front of a thing put over it: a Gaussian whose sigma grows with depth, in two
 // separable passes. A tap counts as far as its own blur reaches, and never lets a nearer, sharper thing bleed over a
 // farther one or the other way round: at a depth edge each side keeps its own.
+// The definition is one sum over both directions, in which a tap whose own sigma s is less than the pixel's, S, weighs
+// (s/S)^2 exp(-d^2 / (2 s^2)) (reference/DepthBlur.h). Each pass has that weight: then a sharp thing leaves as much in
+// its row as the sum does. What lies across a corner from a pixel, behind something sharper, is not reached:
+// docs/reference.md has what that comes to.
 // HORIZONTAL: grades the plate as it reads it. Else: vertical, over what the first pass wrote.
 #include "common_frame.glsl"
 #ifdef HORIZONTAL
@@ -55,7 +59,8 @@ void main()
         ivec2 at = pixel + along * step;
         if (step == 0 || any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
         float sigma = min(own, sigmaAt(at));
-        float weight = exp(-0.5 * float(step * step) / max(sigma * sigma, 1e-4)) * (sigma / own);
+        float share = sigma / own;
+        float weight = exp(-0.5 * float(step * step) / max(sigma * sigma, 1e-4)) * (share * share);
         sum += weight * read(at);
         weights += weight;
     }

@@ -57,7 +57,8 @@ VIRGA_INLINE void blurEight(const float* const (&source)[4], const float* sigmas
         if (tap == 0) continue;
         const Float sigma = lanes::min(own, lanes::load(sigmas + tap * step));
         const Float spread = lanes::max(sigma * sigma, 1e-4f);
-        Float weight = lanes::exp(Float(-0.5f * float(tap * tap)) / spread) * (sigma * perOwn);
+        const Float share = sigma * perOwn;
+        Float weight = lanes::exp(Float(-0.5f * float(tap * tap)) / spread) * (share * share);
         // Each pixel as far as its own blur reaches: ceil(3 sigma).
         weight = lanes::pick(own * 3.0f > float(std::abs(tap)) - 1.0f, weight, 0.0f);
         for (int k = 0; k < 4; ++k) sum[k] = sum[k] + weight * lanes::load(source[k] + tap * step);

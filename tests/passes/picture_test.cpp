@@ -190,6 +190,31 @@ TEST_F(Pictures, BlurDoesNotBleedOverAnEdgeOfDepth)
     for (int x = 0; x < 64; ++x) EXPECT_NEAR(blurred.at(x, 8, x < 32 ? 0 : 2), 0, 1e-3) << x;
 }
 
+// A bright pixel sharper than what is around it leaves in its row what the sum over both directions does, but for that
+// row's weights adding up to less than the others': a sixth. By sigma over sigma, not squared, it would be 2.9 times
+// it.
+TEST_F(Pictures, BlurSpreadsASharpPixelAlongItsRow)
+{
+    constexpr int size = 33, middle = size / 2;
+    Picture picture(size, size, {.depth = true, .blur = true});
+    picture.constants.grade = {0, 0, 2, 50};
+    ImageF depth(size, size, 1, INFINITY), plate = test::opaque(size, size, 0, 0, 0);
+    depth.at(middle, middle) = 25;
+    plate.at(middle, middle, 0) = 1;
+    picture.targets.uploadDepth(depth);
+    const ImageF blurred = picture.render(plate);
+    const double own = 2, sharp = own * -std::expm1(-25.0 / 50);
+    const auto weight = [](double d2, double sigma) { return std::exp(-0.5 * d2 / (sigma * sigma)); };
+    for (int away = 1; away <= 2; ++away) {
+        double sum = 0;
+        for (int j = -6; j <= 6; ++j)
+            for (int i = -6; i <= 6; ++i) sum += weight(i * i + j * j, own);
+        const double light = std::pow(sharp / own, 2) * weight(away * away, sharp);
+        sum += light - weight(away * away, own);
+        EXPECT_NEAR(double(blurred.at(middle + away, middle, 0)) / (light / sum), 1, 0.2) << away;
+    }
+}
+
 std::vector<std::array<float, 3>> difficultColors()
 {
     std::vector<std::array<float, 3>> colors;
