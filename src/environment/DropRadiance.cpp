@@ -90,10 +90,12 @@ std::vector<double> gaussianWindow(int order)
 
 DropRadianceBaker::DropRadianceBaker(const DropRadianceOptions& options) : options_(options)
 {
-    if (options.order != DropRadianceOptions::autoOrder &&
-        (options.order < 0 || options.order > DropRadianceOptions::maxOrder)) {
-        throw Error(ErrorCode::InvalidArgument, "environment order {}: must be auto or from 0 to {}", options.order,
-                    DropRadianceOptions::maxOrder);
+    constexpr int automatic = DropRadianceOptions::autoOrder, same = DropRadianceOptions::sameOrder;
+    for (const int order : {options.order, options.backgroundOrder == same ? automatic : options.backgroundOrder}) {
+        if (order != automatic && (order < 0 || order > DropRadianceOptions::maxOrder)) {
+            throw Error(ErrorCode::InvalidArgument, "environment order {}: must be auto or from 0 to {}", order,
+                        DropRadianceOptions::maxOrder);
+        }
     }
     if (!(options.tolerance > 0.0)) {
         throw Error(ErrorCode::InvalidArgument, "environment tolerance {}: must be over 0", options.tolerance);
@@ -104,11 +106,14 @@ DropRadianceBaker::DropRadianceBaker(const DropRadianceOptions& options) : optio
     }
     if (options.paper) {
         options_.lights = false;
-        if (options.order == DropRadianceOptions::autoOrder) options_.order = 3;
+        if (options.order == automatic) options_.order = 3;
     }
+    if (options_.backgroundOrder == same) options_.backgroundOrder = options_.order;
     // Some bands more than are kept tell how much is left out.
-    const int order =
-        options_.order == DropRadianceOptions::autoOrder ? DropRadianceOptions::maxAutoOrder : options_.order + 16;
+    const auto searched = [](int order, int more) {
+        return order == automatic ? DropRadianceOptions::maxAutoOrder : order + more;
+    };
+    const int order = std::max(searched(options_.order, 16), searched(options_.backgroundOrder, 0));
     std::array<optics::DropTransferOptions, 3> transfer;
     for (std::size_t c = 0; c < 3; ++c) {
         transfer[c].index = options_.paper ? 1.333 : options_.index[c];
@@ -122,7 +127,6 @@ DropRadianceBaker::DropRadianceBaker(const DropRadianceOptions& options) : optio
 DropRadiance DropRadianceBaker::bake(const Panorama& panorama) const
 {
     assert(!panorama.pixels.empty() && panorama.pixels.channels() == 3);
-    const bool automatic = options_.order == DropRadianceOptions::autoOrder;
     const int searched = int(factor_[0].size()) - 1;
 
     DropRadiance result;
@@ -149,50 +153,61 @@ DropRadiance DropRadianceBaker::bake(const Panorama& panorama) const
 
     // Root mean square that the bands above `order` would add: Parseval. What lies above the searched bands is known by
     // its energy alone; the largest of the last factors bounds theirs.
-    glm::dvec3 rest(0.0);
+    glm::dvec3 whole(0.0);
     for (int y = 0; y < image->height(); ++y) {
         const float* p = image->row(y);
         glm::dvec3 row(0.0);
         for (int x = 0; x < image->width(); ++x, p += 3)
             row += glm::dvec3(p[0], p[1], p[2]) * glm::dvec3(p[0], p[1], p[2]);
         const double height = image->height();
-        rest += 2.0 * pi / image->width() * (std::cos(pi * y / height) - std::cos(pi * (y + 1) / height)) * row;
+        whole += 2.0 * pi / image->width() * (std::cos(pi * y / height) - std::cos(pi * (y + 1) / height)) * row;
     }
-    for (const glm::dvec3& energy : band) rest -= energy;
-    rest = glm::max(rest, glm::dvec3(0.0));
-    double leftOut = 0.0;
-    for (int c = 0; c < 3; ++c) {
-        double bound = 0.0;
-        for (std::size_t l = factor_[c].size() - std::min<std::size_t>(factor_[c].size(), 12); l < factor_[c].size();
-             ++l) {
-            bound = std::max(bound, std::abs(factor_[c][l]));
-        }
-        leftOut += bound * bound * rest[c];
-    }
-    int order = searched;
     const double allowed = options_.tolerance * options_.tolerance - (mean > 0.0 ? lightSquare / (mean * mean) : 0.0);
     const double tolerance = std::sqrt(std::max(allowed, 0.5 * options_.tolerance * options_.tolerance));
-    while (order > (automatic ? 0 : options_.order)) {
-        double more = leftOut;
+    struct Cut {
+        int order;
+        double leftOut;
+    };
+    // autoOrder looks at the same bands whatever else is asked for.
+    const auto cutTo = [&](int wanted) {
+        const bool automatic = wanted == DropRadianceOptions::autoOrder;
+        Cut cut{automatic ? DropRadianceOptions::maxAutoOrder : searched, 0.0};
         for (int c = 0; c < 3; ++c) {
-            const double f = factor_[c][std::size_t(order)];
-            more += f * f * band[std::size_t(order)][c];
+            double above = whole[c], bound = 0.0;
+            for (int l = 0; l <= cut.order; ++l) {
+                above -= band[std::size_t(l)][c];
+                if (l > cut.order - 12) bound = std::max(bound, std::abs(factor_[c][std::size_t(l)]));
+            }
+            cut.leftOut += bound * bound * std::max(above, 0.0);
         }
-        if (automatic && relative(more) > tolerance) break;
-        leftOut = more;
-        --order;
-    }
-    result.order = order;
-    result.remainder = relative(leftOut + lightSquare);
-    environment = sh::truncated(environment, order);
+        while (cut.order > (automatic ? 0 : wanted)) {
+            double more = cut.leftOut;
+            for (int c = 0; c < 3; ++c) {
+                const double f = factor_[c][std::size_t(cut.order)];
+                more += f * f * band[std::size_t(cut.order)][c];
+            }
+            if (automatic && relative(more) > tolerance) break;
+            cut.leftOut = more;
+            --cut.order;
+        }
+        return cut;
+    };
+    const Cut cut = cutTo(options_.order);
+    result.order = cut.order;
+    result.remainder = relative(cut.leftOut + lightSquare);
 
     // Harmonics need 8 pixels to a wave of the highest band; a light's rainbow needs finer ones.
-    const int smooth = niceWidth(std::max(8 * (order + 1), 64));
-    const std::vector<double> window = gaussianWindow(order);
-    result.response = environment;
-    sh::convolve(environment, {window, window, window});
-    result.background = sh::bakePanorama(environment, smooth, smooth / 2);
+    const auto widthOf = [](int order) { return niceWidth(std::max(8 * (order + 1), 64)); };
+    const int smooth = widthOf(cut.order);
+    result.response = sh::truncated(environment, cut.order);
     sh::convolve(result.response, factor_);
+
+    const int backgroundOrder =
+        options_.backgroundOrder == options_.order ? cut.order : cutTo(options_.backgroundOrder).order;
+    const std::vector<double> window = gaussianWindow(backgroundOrder);
+    environment = sh::truncated(environment, backgroundOrder);
+    sh::convolve(environment, {window, window, window});
+    result.background = sh::bakePanorama(environment, widthOf(backgroundOrder), widthOf(backgroundOrder) / 2);
 
     if (result.lights.empty()) {
         result.radiance = sh::bakePanorama(result.response, smooth, smooth / 2);

@@ -39,6 +39,12 @@ struct DropRadianceOptions {
     int order = autoOrder;
     static constexpr int plateOrder = 12;
 
+    /// What `background` is low-passed to: sameOrder for the boost, which puts back what the drops' own order leaves
+    /// out; any other, or autoOrder (that which drops would need), for fog, which shows what is behind it at any order
+    /// of the drops.
+    static constexpr int sameOrder = -2;
+    int backgroundOrder = sameOrder;
+
     /// Root mean square over all directions of what may be left out, over the mean radiance. For autoOrder, and for the
     /// extents of lights.
     double tolerance = 0.005;
@@ -54,7 +60,7 @@ struct DropRadianceOptions {
 struct DropRadiance {
     ImageF radiance;    ///< RGB, >= 0 (but in paper mode as the harmonics have it)
     ImageF background;  ///< RGB, >= 0, of a size of its own: the environment itself (without the lights) low-passed to
-                        ///< the same order, by a Gaussian window over the bands, as a sharp cut rings
+                        ///< backgroundOrder, by a Gaussian window over the bands, as a sharp cut rings
     bool paper = false;
 
     int order = 0;
@@ -82,7 +88,7 @@ public:
 
 private:
     DropRadianceOptions options_;
-    std::vector<double> factor_[3];    // f_l for R, G, B
+    std::vector<double> factor_[3];    // f_l for R, G, B, of the bands that are looked at
     std::optional<LightLobes> lobes_;  // if lights are taken out
 };
 

@@ -28,6 +28,11 @@ environment::DropRadianceOptions bakerOptions(const Settings& s)
         options.order = 3;
     else if (s.env.empty())
         options.order = environment::DropRadianceOptions::plateOrder;
+    // The boost takes what drops of this order leave out for granted, and the paper's fog is the paper's. Else fog
+    // shows the same at every order.
+    if (s.backgroundBoost == 0 && !s.paper)
+        options.backgroundOrder =
+            s.env.empty() ? environment::DropRadianceOptions::plateOrder : environment::DropRadianceOptions::autoOrder;
     // A panorama made from the plate is smooth: what is bright in it is large.
     options.lights = !s.env.empty() && !s.paper;
     return options;

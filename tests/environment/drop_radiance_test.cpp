@@ -234,6 +234,30 @@ TEST(DropRadiance, AutoKeepsItsPromise)
     }
 }
 
+// Fog shows what is behind it, however coarsely drops are lit.
+TEST(DropRadiance, TheBackgroundNeedNotFollowTheOrder)
+{
+    constexpr int automatic = DropRadianceOptions::autoOrder;
+    const Panorama world = street(2.0);
+    const DropRadiance usual = DropRadianceBaker().bake(world);
+    for (const int order : {0, 3, 12, 64, 128}) {
+        const DropRadiance r = DropRadianceBaker({.order = order, .backgroundOrder = automatic}).bake(world);
+        EXPECT_EQ(r.order, order);
+        ASSERT_EQ(r.background.width(), usual.background.width()) << order;
+        for (std::size_t i = 0; i < usual.background.size(); ++i)
+            ASSERT_NEAR(r.background.data()[i], usual.background.data()[i], 1e-5f) << order;
+        const DropRadiance same = DropRadianceBaker({.order = order}).bake(world);
+        ASSERT_EQ(r.radiance.width(), same.radiance.width()) << order;
+        for (std::size_t i = 0; i < same.radiance.size(); ++i)
+            ASSERT_NEAR(r.radiance.data()[i], same.radiance.data()[i], 1e-5f) << order;
+    }
+    // And the other way round.
+    const DropRadiance coarse = DropRadianceBaker({.backgroundOrder = 3}).bake(world);
+    EXPECT_EQ(coarse.order, usual.order);
+    EXPECT_EQ(coarse.background.width(), DropRadianceBaker({.order = 3}).bake(world).background.width());
+    EXPECT_THROW(DropRadianceBaker({.backgroundOrder = 129}), Error);
+}
+
 TEST(DropRadiance, MapsAreFineEnough)
 {
     for (const int order : {3, 12, 40}) {

@@ -203,5 +203,36 @@ TEST(ShotLight, APanoramaTurnedBySettingsIsTurnedInThePicture)
     EXPECT_LT(rainAt(0, 180), 0.15);
 }
 
+// The order is of the drops' light. Fog shows what is behind it at any, unless the boost needs what the order leaves
+// out.
+TEST(ShotLight, TheOrderDoesNotChangeWhatIsBehindTheFog)
+{
+    const TemporaryFolder folder;
+    ImageF panorama(64, 32, 3, 0.1f);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 64; ++x) panorama.at(x, y, 2) = x % 8 < 3 ? 0.7f : 0.3f;
+    io::writeExr(folder / "env.exr", panorama, {"R", "G", "B"}, false);
+    Settings settings;
+    settings.env = folder / "env.exr";
+    const ShotLight usual(settings, {});
+    const auto difference = [&](double order, double boost, bool isPaper) {
+        Settings other = settings;
+        other.envOrder = order;
+        other.backgroundBoost = boost;
+        other.paper = isPaper;
+        const ShotLight light(other, {});
+        double most = 0;
+        for (int i = 0; i < 100; ++i) {
+            const glm::dvec3 direction = glm::normalize(glm::dvec3(std::sin(i), std::cos(3 * i), std::cos(i)));
+            most = std::max(most, glm::length(environment::sampleMap(light.lowPassBackground(), direction) -
+                                              environment::sampleMap(usual.lowPassBackground(), direction)));
+        }
+        return most;
+    };
+    for (const double order : {0.0, 3.0, 40.0, 128.0}) EXPECT_LT(difference(order, 0, false), 1e-5) << order;
+    EXPECT_GT(difference(3, 0.5, false), 0.05);
+    EXPECT_GT(difference(3, 0, true), 0.05);
+}
+
 }  // namespace
 }  // namespace virga::shot
