@@ -216,9 +216,11 @@ void unpack(const AVFrame& frame, const PlanarFormat& format, const PlanarPictur
                        for (int x = 0; x < frame.width; ++x)
                            line[std::size_t(x)] = frame.data[0][y * frame.linesize[0] + y411Luma(x)];
                    else
-                       av_read_image_line2(line.data(), data, frame.linesize, d, 0, y,
-                                           isPalette ? paletteBytes[component] : component, int(line.size()),
-                                           isPalette ? 1 : 0, 2);
+                       av_read_image_line2(line.data(), data, frame.linesize, d, 0, y, isPalette ? 0 : component,
+                                           int(line.size()), 0, 2);
+                   // FFmpeg's own look-up knows the first byte of an entry alone: its description has one component.
+                   if (isPalette)
+                       for (std::uint16_t& value : line) value = frame.data[1][4 * value + paletteBytes[component]];
                    rescale(line, isPalette ? 8 : d->comp[component].depth, format.bits);
                    std::uint8_t* row = planes.planes[plane] + y * planes.strides[plane];
                    if (format.bits > 8)

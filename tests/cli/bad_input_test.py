@@ -215,6 +215,27 @@ class Movies(BadInputTest):
                     self.ends("rain", "odd.mkv", "-o", "same.mkv", *OFF, "--codec", "ffv1", "--reencode", codes=[0])
                     self.assertEqual(self.codes("same.mkv", pixels), self.codes("odd.mkv", pixels))
 
+    def test_oddWidthsOfPackedFormats(self):
+        """What FFV1 does not hold, as raw video: the pixels of the planar twin, or those that ffmpeg finds."""
+        def picture(pixels, through):
+            ffmpeg("-f", "lavfi", "-i", "testsrc2=s=64x48:r=25:d=0.04", "-vf", f"scale=37x5,format={through},format={pixels}", "-c:v",
+                   "rawvideo", self.folder / "odd.nut")
+            self.ends("rain", "odd.nut", "-o", "same.png", *OFF, codes=[0])
+            read = subprocess.run(["ffmpeg", "-v", "error", "-i", self.folder / "same.png", "-pix_fmt", "rgb48le", "-f", "rawvideo", "-"],
+                                  check=True, capture_output=True, timeout=60).stdout
+            return np.frombuffer(read, "<u2").reshape(5, 37, 3).astype(int)
+
+        for pixels, twin in (("nv12", "yuv420p"), ("nv21", "yuv420p"), ("uyvy422", "yuv422p"), ("yuyv422", "yuv422p"), ("yvyu422", "yuv422p")):
+            with self.subTest(pixels=pixels):
+                np.testing.assert_array_equal(picture(pixels, twin), picture(twin, twin))
+        for pixels in "rgb24 bgr24 argb abgr 0rgb pal8 rgb48be bgr48le rgba64be ya8 gray16be gbrap10le".split():
+            with self.subTest(pixels=pixels):
+                ours = picture(pixels, "rgb48le")
+                truth = subprocess.run(["ffmpeg", "-v", "error", "-i", self.folder / "odd.nut", "-pix_fmt", "rgb48le", "-f", "rawvideo", "-"],
+                                       check=True, capture_output=True, timeout=60).stdout
+                off = np.abs(np.frombuffer(truth, "<u2").reshape(5, 37, 3).astype(int) - ours)
+                self.assertLess(off.max(), 2 * 257)
+
     def codes(self, name, pixels):
         return subprocess.run(["ffmpeg", "-v", "error", "-i", self.folder / name, "-pix_fmt", "gbrp" if pixels == "bgr0" else pixels,
                                "-f", "framemd5", "-"], check=True, capture_output=True, timeout=60).stdout
