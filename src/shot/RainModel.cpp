@@ -63,6 +63,9 @@ particles::Visibility limitsOf(const Settings& s)
     return limits;
 }
 
+/// A whole number's place in the device's 32 bits, however large it is.
+std::uint32_t lowBits(double whole) { return std::uint32_t(std::int64_t(std::fmod(whole, 0x1p32))); }
+
 }  // namespace
 
 RainModel::RainModel(const Settings& s, const particles::Exposure& first)
@@ -117,9 +120,8 @@ void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exp
     const glm::dvec3& camera = exposure.poseAtOpen.position;
     c.splashGrid = {float(splashCell_m), float(camera.x - cellOf(camera.x) * coarse),
                     float(camera.z - cellOf(camera.z) * coarse), 0};
-    c.splashKey = {std::uint32_t(s.seed), std::uint32_t(std::int64_t(cellOf(camera.x))),
-                   std::uint32_t(std::int64_t(cellOf(camera.z))), 0};
-    c.splashTime = {std::uint32_t(std::int64_t(std::floor(slots))), splashSubdivisions, 0, 0};
+    c.splashKey = {std::uint32_t(s.seed), lowBits(cellOf(camera.x)), lowBits(cellOf(camera.z)), 0};
+    c.splashTime = {lowBits(std::floor(slots)), splashSubdivisions, 0, 0};
     c.splashDrop = {float(least), float(sizes_.largestDiameter()), float(sizes_.slope()),
                     float(std::min(splashReach_m, s.far_m))};
 }

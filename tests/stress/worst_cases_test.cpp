@@ -1,19 +1,19 @@
 // The worst inputs by name.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 
-#include "core/Log.h"
 #include "optics/DropTransfer.h"
 #include "sh/Harmonics.h"
-#include "shot/Compositor.h"
 #include "shot/Parameters.h"
-#include "stress/Laws.h"
+#include "shot/RainModel.h"
+#include "stress/Run.h"
+#include "stress/Worst.h"
 #include "support/Files.h"
 
 namespace virga::stress {
@@ -23,47 +23,6 @@ using shot::Settings;
 using test::TemporaryFolder;
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
-
-/// One frame of a shot; rain that the eye sees, lit by a grey world, unless a test changes it.
-struct Worst {
-    Settings settings;
-    shot::Shot shot{33, 17, 24, 0};
-    FrameNumber frame = 0;
-    bool layers = true, isOpaque = true;
-    float plate = 0.5f, alpha = 1;
-    Ceiling ceiling{.light = 0.5};
-
-    shot::CompositorStatistics statistics{};
-
-    /// The frame, in which every law has to hold.
-    io::RenderedFrame render()
-    {
-        log::setLevel(log::Level::Quiet);
-        shot::Compositor compositor(settings, shot, {.wanted = {.layers = layers}, .device = "cpu", .shaderFolder = {}},
-                                    {});
-        io::PlateFrame in;
-        in.number = frame;
-        in.pixels = ImageF(shot.width, shot.height, 4, plate);
-        for (int y = 0; y < shot.height; ++y)
-            for (int x = 0; x < shot.width; ++x) in.pixels.at(x, y, 3) = alpha;
-        io::RenderedFrame out = compositor.render(std::move(in));
-        statistics = compositor.statistics();
-        EXPECT_EQ(brokenLaw(out, ceiling, isOpaque), "");
-        return out;
-    }
-
-    /// Lawful, or refused in a sentence.
-    bool isRendered()
-    {
-        try {
-            render();
-            return true;
-        } catch (const Error& error) {
-            EXPECT_EQ(int(error.code()), int(ErrorCode::InvalidArgument)) << error.what();
-            return false;
-        }
-    }
-};
 
 std::string uniformPanorama(const TemporaryFolder& folder, int width, int height, float light)
 {
@@ -323,6 +282,43 @@ TEST(WorstCases, PicturesOfOnePixelAndOf16384)
     }
 }
 
+// Only at length: 268 million pixels take gigabytes and a while. Strips of that size are above.
+TEST(WorstCases, APictureOf16384Squared)
+{
+    if (!isLong()) GTEST_SKIP() << "scripts/stress.sh renders it";
+    Worst worst;
+    worst.shot.width = worst.shot.height = 16384;
+    worst.settings.strokes = 1000;
+    worst.layers = false;
+    EXPECT_TRUE(worst.isRendered());
+    EXPECT_GT(worst.statistics.strokes, 100u);
+}
+
+// Places and times beyond what 64 bits count still have splashes of their own.
+TEST(WorstCases, SplashesHoweverFarAndLate)
+{
+    Settings settings;
+    particles::Exposure exposure;
+    exposure.projection = camera::projectionFromHorizontalFov(33, 17, 1);
+    const shot::RainModel rain(settings, exposure);
+    const auto keyOf = [&](double x, double z, double time) {
+        exposure.open_s = time;
+        exposure.duration_s = 0;
+        exposure.poseAtOpen.position = {x, 2, z};
+        shared::FrameConstants constants{};
+        rain.describeSplashes(constants, exposure, settings);
+        return std::array{constants.splashKey.y, constants.splashKey.z, constants.splashTime.x};
+    };
+    const auto here = keyOf(0.1, 0.1, 0.01), behind = keyOf(-0.1, -0.1, -0.01);
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(here[std::size_t(i)], 0u);
+        EXPECT_EQ(behind[std::size_t(i)], 0xffffffffu);
+    }
+    const auto far = keyOf(1.3e22, -1.7e22, 1.1e21), farther = keyOf(1.9e22, -1.9e22, 1.9e21);
+    for (int i = 0; i < 3; ++i) EXPECT_NE(far[std::size_t(i)], farther[std::size_t(i)]) << i;
+    keyOf(-1e300, 1e300, 1e300);
+}
+
 TEST(WorstCases, AlphaOfExactly0And1)
 {
     Worst worst;
@@ -360,32 +356,6 @@ TEST(WorstCases, ShutterOf0)
     const io::Layer& motion = frame.layers.back();
     ASSERT_EQ(motion.name, "rain.motion");
     for (const float value : motion.pixels.values()) ASSERT_EQ(value, 0) << "nothing moves";
-}
-
-/// Resident memory [bytes].
-double memoryInUse()
-{
-    std::ifstream file("/proc/self/statm");
-    double pages = 0;
-    file >> pages >> pages;
-    return pages * double(sysconf(_SC_PAGESIZE));
-}
-
-TEST(WorstCases, ShotsLeaveNoMemoryBehind)
-{
-    Worst worst;
-    worst.shot.width = 320;
-    worst.shot.height = 180;
-    worst.settings.ground = "1.7,10";
-    worst.settings.strokes = 3000;
-    worst.settings.blur_px = 2;
-    const auto shots = [&](int count) {
-        for (int i = 0; i < count; ++i) worst.render();
-        return memoryInUse();
-    };
-    // Caches fill at first. A shot of this size has 20 MB of pictures and 1 MB of settings, tables and programs.
-    const double before = shots(5), after = shots(20);
-    EXPECT_LT((after - before) / 20, 0.5e6) << "bytes a shot";
 }
 
 }  // namespace
