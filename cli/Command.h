@@ -33,6 +33,7 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command);
 Runner addExtractCommand(CLI::App& app, CLI::App*& command);
 Runner addEnvCommand(CLI::App& app, CLI::App*& command);
 Runner addModelCommand(CLI::App& app, CLI::App*& command);
+Runner addBenchCommand(CLI::App& app, CLI::App*& command);
 Runner addInfoCommand(CLI::App& app, CLI::App*& command);
 
 }  // namespace virga::cli

@@ -20,8 +20,9 @@ namespace {
 using namespace virga;
 
 /// Every command, in the order of the help page.
-constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {
-    cli::addRainCommand, cli::addExtractCommand, cli::addEnvCommand, cli::addModelCommand, cli::addInfoCommand};
+constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {cli::addRainCommand,  cli::addExtractCommand,
+                                                                  cli::addEnvCommand,   cli::addModelCommand,
+                                                                  cli::addBenchCommand, cli::addInfoCommand};
 
 std::vector<std::string> subcommandNames(const CLI::App& command)
 {
@@ -73,9 +74,10 @@ std::string suggestion(const CLI::App& command, int depth, int argc, char** argv
         if ((!isFlag && !isCommand) || std::find(known.begin(), known.end(), word) != known.end()) continue;
         const std::string nearest = nearestWord(word, known);
         return fmt::format("'{}' is not a {} of '{}'{}", word,
-                           isFlag       ? "flag"
-                           : depth == 0 ? "command"
-                                        : "model",
+                           isFlag                          ? "flag"
+                           : depth == 0                    ? "command"
+                           : command.get_name() == "model" ? "model"
+                                                           : "part",
                            cli::fullName(command),
                            !nearest.empty() ? fmt::format("; did you mean '{}'?", nearest)
                            : isCommand      ? fmt::format("; there are {}", listed(commands))
@@ -91,9 +93,10 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& command)
     const std::string option = text.substr(0, text.find(':'));
     const std::string rest = text.substr(std::min(text.find(": ") + 2, text.size()));
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr)
-        return command.get_parent() == nullptr
-                   ? fmt::format("no command is given; there are {}", listed(subcommandNames(command)))
-                   : text;
+        return subcommandNames(command).empty()
+                   ? text
+                   : fmt::format("no {} is given; there are {}", command.get_parent() == nullptr ? "command" : "part",
+                                 listed(subcommandNames(command)));
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
         if (text.ends_with("missing")) return fmt::format("{} needs a value", option);
         if (text.find("At Most") != std::string::npos) return fmt::format("{} is given more than once", option);

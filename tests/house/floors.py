@@ -14,7 +14,8 @@ FLOORS = {
     "environment": 2, "particles": 2, "matte": 2, "depth": 2, "grade": 2, "io": 2, "gl": 2,
     "passes": 3, "reference": 3,
     "shot": 4,
-    "lib": 5, "cli": 5,
+    "bench": 5,
+    "lib": 6, "cli": 6,
 }
 
 # Library: (what its includes look like, folders whose .cpp files may name it, folders whose headers may as well).

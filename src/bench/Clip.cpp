@@ -1,13 +1,11 @@
-#include "Clip.h"
+#include "bench/Clip.h"
 
 #include <algorithm>
 
 #include "core/Error.h"
 
-namespace bench {
+namespace virga::bench {
 namespace {
-
-using namespace virga;
 
 ImageF averaged(const ImageF& image, int block)
 {
@@ -55,4 +53,4 @@ std::vector<Clip> readClips(const std::string& samples, const std::string& foota
     return clips;
 }
 
-}  // namespace bench
+}  // namespace virga::bench

@@ -6,17 +6,17 @@
 
 #include "shot/ShotScene.h"
 
-namespace bench {
+namespace virga::bench {
 
 struct Clip {
     std::string name;
-    virga::io::PlateFrame frame;
-    virga::shot::Shot shot;
-    virga::shot::Settings settings;  ///< depth, panorama, camera; no splashes, which the reference has not
+    io::PlateFrame frame;
+    shot::Shot shot;
+    shot::Settings settings;  ///< depth, panorama, camera; no splashes, which the reference has not
 };
 
 /// The sample street of `samples`, and clips of `footage` unless that is empty; plates averaged down to about
 /// `columns`. Throws Error(Input).
 std::vector<Clip> readClips(const std::string& samples, const std::string& footage, int columns);
 
-}  // namespace bench
+}  // namespace virga::bench

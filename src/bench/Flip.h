@@ -11,16 +11,16 @@
 
 #include "core/Image.h"
 
-namespace bench {
+namespace virga::bench {
 
 /// Of the paper's display: 0.7 m from a screen 0.7 m wide, of 3840 pixels.
 inline constexpr double flipPixelsPerDegree = 67;
 
 /// One channel, 0 (no difference) to 1. Pictures are scene-linear, Rec.709, 3 channels or more, of one size; what a
 /// display of white 1 does not show is cut off. Symmetric in its arguments.
-virga::ImageF flip(virga::ConstImageViewF a, virga::ConstImageViewF b, double pixelsPerDegree = flipPixelsPerDegree);
+ImageF flip(ConstImageViewF a, ConstImageViewF b, double pixelsPerDegree = flipPixelsPerDegree);
 
 /// Its mean.
-double meanFlip(virga::ConstImageViewF a, virga::ConstImageViewF b, double pixelsPerDegree = flipPixelsPerDegree);
+double meanFlip(ConstImageViewF a, ConstImageViewF b, double pixelsPerDegree = flipPixelsPerDegree);
 
-}  // namespace bench
+}  // namespace virga::bench

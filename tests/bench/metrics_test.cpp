@@ -3,13 +3,12 @@
 
 #include <cmath>
 
-#include "Flip.h"
-#include "PictureError.h"
+#include "bench/EffectStatistics.h"
+#include "bench/Flip.h"
+#include "bench/PictureError.h"
 
-namespace bench {
+namespace virga::bench {
 namespace {
-
-using virga::ImageF;
 
 constexpr int side = 48;
 
@@ -134,5 +133,90 @@ TEST(PowerSpectrum, AddsUpToTheVarianceAndFindsAWave)
     EXPECT_GT(rings[6], 0.12);
 }
 
+ImageF noise(int width, int height, float strength, std::uint32_t seed)
+{
+    ImageF image(width, height, 3);
+    for (float& value : image.values()) {
+        seed = seed * 1664525u + 1013904223u;
+        value = strength * float(seed >> 8) / float(1u << 24);
+    }
+    return image;
+}
+
+// White noise has the same power at every frequency: a ring holds as much as it has frequencies.
+TEST(PowerSpectrum, OfWhiteNoiseGrowsWithTheRings)
+{
+    const std::vector<double> rings = powerSpectrum(noise(64, 64, 1, 7), 0);
+    double low = 0, high = 0;
+    for (int k = 8; k < 12; ++k) low += rings[std::size_t(k)];
+    for (int k = 16; k < 24; ++k) high += rings[std::size_t(k)];
+    // Areas (24^2 - 16^2) and (12^2 - 8^2); 251 and 1005 independent frequencies, so 7 % is one standard deviation.
+    EXPECT_NEAR(high / low, 320.0 / 80.0, 0.9);
+}
+
+// A shifted picture has the same spectrum.
+TEST(PowerSpectrum, DoesNotMoveWithThePicture)
+{
+    const ImageF image = noise(40, 24, 1, 3);
+    ImageF moved = image;
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 40; ++x)
+            for (int c = 0; c < 3; ++c) moved.at(x, y, c) = image.at((x + 11) % 40, (y + 5) % 24, c);
+    const std::vector<double> a = powerSpectrum(image, 1), b = powerSpectrum(moved, 1);
+    for (std::size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k], b[k], 1e-12);
+}
+
+TEST(Moments, AreThoseOfTheDefinition)
+{
+    ImageF image(4, 1, 3);
+    for (int x = 0; x < 4; ++x) image.at(x, 0, 1) = x == 3 ? 1.0f : 0.0f;  // Bernoulli with p = 1/4
+    const Moments found = momentsOf(image, 1);
+    EXPECT_NEAR(found.mean, 0.25, 1e-9);
+    EXPECT_NEAR(found.variance, 0.1875, 1e-9);
+    EXPECT_NEAR(found.skewness, 0.5 / std::sqrt(0.1875), 1e-9);  // (1 - 2 p) / sqrt(p (1 - p))
+    EXPECT_EQ(momentsOf(ImageF(4, 1, 3, 0.5f), 1).skewness, 0);
+}
+
+// Half the light has half the mean, a quarter of the variance and of the power everywhere: -6.02 dB, and its shape.
+TEST(EffectComparison, OfHalfTheEffect)
+{
+    const ImageF truth = noise(48, 32, 1, 5);
+    ImageF half = truth;
+    for (float& value : half.values()) value *= 0.5f;
+    const EffectComparison found = compareEffects(half, truth);
+    EXPECT_NEAR(found.mean, 0.5, 1e-6);
+    EXPECT_NEAR(found.variance, 0.25, 1e-6);
+    EXPECT_NEAR(found.coarse, 0.25, 1e-6);
+    EXPECT_NEAR(found.fine, 0.25, 1e-6);
+    EXPECT_NEAR(found.spectrum_dB, 20 * std::log10(2.0), 1e-5);
+    EXPECT_NEAR(found.skewness, found.trueSkewness, 1e-6);
+}
+
+TEST(EffectComparison, OfNothingIsNothing)
+{
+    const EffectComparison found = compareEffects(ImageF(16, 16, 3), ImageF(16, 16, 3));
+    EXPECT_EQ(found.mean, 1);
+    EXPECT_EQ(found.variance, 1);
+    EXPECT_EQ(found.spectrum_dB, 0);
+}
+
+// What is smoothed loses its fine power and keeps its mean.
+TEST(EffectComparison, TellsFineFromCoarse)
+{
+    const ImageF truth = noise(48, 48, 1, 9);
+    ImageF smooth = truth;
+    for (int y = 0; y < 48; ++y)
+        for (int x = 0; x < 48; ++x) {
+            float sum = 0;
+            for (int j = 0; j < 3; ++j)
+                for (int i = 0; i < 3; ++i) sum += truth.at((x + i) % 48, (y + j) % 48, 1);
+            smooth.at(x, y, 1) = sum / 9;
+        }
+    const EffectComparison found = compareEffects(smooth, truth);
+    EXPECT_NEAR(found.mean, 1, 1e-5);
+    EXPECT_LT(found.fine, 0.2);
+    EXPECT_GT(found.coarse, 0.6);
+}
+
 }  // namespace
-}  // namespace bench
+}  // namespace virga::bench

@@ -1,4 +1,4 @@
-#include "Flip.h"
+#include "bench/Flip.h"
 
 #include <algorithm>
 #include <cassert>
@@ -10,10 +10,9 @@
 
 #include "core/Parallel.h"
 
-namespace bench {
+namespace virga::bench {
 namespace {
 
-using namespace virga;
 using Plane = std::vector<double>;
 using Color = glm::dvec3;
 constexpr double pi = std::numbers::pi;
@@ -196,4 +195,4 @@ double meanFlip(ConstImageViewF a, ConstImageViewF b, double pixelsPerDegree)
     return sum / double(map.size());
 }
 
-}  // namespace bench
+}  // namespace virga::bench

@@ -1,0 +1,120 @@
+"""virga bench: the files that it leaves and what it refuses. How long things take is never tested."""
+import csv
+import os
+import re
+import unittest
+import xml.etree.ElementTree as ElementTree
+from html.parser import HTMLParser
+from pathlib import Path
+
+from support import CliTest
+
+SAMPLES = Path(__file__).resolve().parents[2] / "samples"
+TINY = ["--samples", SAMPLES, "--footage", "", "--columns", "32", "--seeds", "2"]
+VOID = {"meta", "img", "br"}
+OPTIONAL_END = {"td", "th"}
+
+
+class Page(HTMLParser):
+    """Tags that open and close in pairs, and what they point to."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.sources, self.links = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if tag == "img":
+            self.sources.append(attributes["src"])
+        if tag == "a":
+            self.links.append(attributes["href"])
+        if tag not in VOID | OPTIONAL_END:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open}"
+        self.open.pop()
+
+
+class Curves(CliTest):
+    def check(self, out, knob, values):
+        """Table, charts and page of one knob in the folder `out`; returns the table's rows."""
+        folder = self.folder / out
+        with open(folder / f"{knob}.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertTrue(rows)
+        for row in rows:
+            self.assertNotIn(None, row, "more cells than columns")
+            self.assertNotIn(None, row.values(), "fewer cells than columns")
+            for name, cell in row.items():
+                if name not in ("clip", "variant") and not (name == "value" and cell == ""):
+                    self.assertTrue(abs(float(cell)) < 1e12, f"{name}: {cell}")
+        self.assertEqual({float(row["value"]) for row in rows if row["value"]}, set(values))
+        charts = ElementTree.parse(folder / f"{knob}.svg").getroot()
+        self.assertTrue(charts.tag.endswith("svg"))
+        self.assertIn("default", "".join(charts.itertext()))
+        page = Page()
+        page.feed((folder / "index.html").read_text())
+        self.assertEqual(page.open, [])
+        self.assertIn(f"{knob}.svg", page.sources)
+        for name in page.sources + page.links:
+            self.assertTrue((folder / name).is_file(), f"index.html points to {name}")
+        self.assertEqual(self.leftovers(), [])
+        return rows
+
+    def test_threshold(self):
+        self.succeeds("bench", "curves", "-o", "t", "--only", "threshold", "--values", "0.5,0.02", *TINY)
+        rows = self.check("t", "threshold", [0.5, 0.02])
+        self.assertEqual(len(rows), 2 * 2 + 1)  # values and seeds, and the base line
+        for row in rows:
+            self.assertGreater(float(row["rmse"]), 0)
+            self.assertLessEqual(float(row["rmse"]), float(row["max"]))
+        pictures = sorted(p.name for p in (self.folder / "t").glob("threshold_street_*.png"))
+        self.assertEqual(len(pictures), 5, pictures)  # the truth; each value and its difference
+
+    def test_layersInFloatAreTheBeauty(self):
+        self.succeeds("bench", "curves", "-o", "l", "--only", "layers", "--values", "10,23", *TINY)
+        by = {float(row["value"]): float(row["rmse"]) for row in self.check("l", "layers", [10, 23])}
+        self.assertLess(by[23], 1e-6)
+        self.assertLess(by[10], 1e-3)
+        self.assertGreater(by[10], 10 * by[23])
+
+    def test_twoKnobsOnOnePage(self):
+        self.succeeds("bench", "curves", "-o", "two", "--only", "layers,blur", "--values", "2", *TINY)
+        page = (self.folder / "two" / "index.html").read_text()
+        self.assertEqual(re.findall(r'<h2 id="(\w+)"', page), ["layers", "blur"])
+
+    @unittest.skipUnless(os.environ.get("VIRGA_FOOTAGE_DIR"), "VIRGA_FOOTAGE_DIR is not set")
+    def test_footage(self):
+        tiny = [a for a in TINY if a not in ("--footage", "")]
+        self.succeeds("bench", "curves", "-o", "f", "--only", "layers", "--values", "10", *tiny)
+        clips = {row["clip"] for row in self.check("f", "layers", [10])}
+        self.assertEqual(clips, {"street", "yard", "highway", "balcony"})
+
+
+class Refusals(CliTest):
+    def test_noPart(self):
+        self.refused(2, ["no part is given", "curves", "--help"], "bench")
+
+    def test_unknownPart(self):
+        self.refused(2, ["'curve' is not a part of 'virga bench'", "did you mean 'curves'?"], "bench", "curve")
+
+    def test_unknownKnob(self):
+        self.refused(2, ["--only 'treshold'", "did you mean 'threshold'", "layers"],
+                     "bench", "curves", "-o", "x", "--only", "treshold", *TINY)
+
+    def test_ranges(self):
+        for flag, value in (("--columns", "15"), ("--columns", "wide"), ("--seeds", "0"), ("--opacity", "-1"), ("--values", "a")):
+            self.refused(2, [flag, value], "bench", "curves", "-o", "x", flag, value)
+
+    def test_noSample(self):
+        self.refused(3, ["nowhere", "street.mp4"], "bench", "curves", "-o", "x", "--samples", "nowhere", "--footage", "")
+
+    def test_noFolderToWriteTo(self):
+        (self.folder / "file").write_text("")
+        self.refused(5, ["'file/x'"], "bench", "curves", "-o", "file/x", "--only", "blur", *TINY)
+        (self.folder / "file").unlink()
+
+
+if __name__ == "__main__":
+    unittest.main()
