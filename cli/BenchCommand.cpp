@@ -1,9 +1,13 @@
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "Command.h"
 #include "bench/Curves.h"
+#include "bench/EndToEnd.h"
+#include "bench/PaperTables.h"
 #include "core/Error.h"
 #include "core/Log.h"
 
@@ -65,6 +69,89 @@ Runner addCurves(CLI::App& command)
         [arguments] { return runCommand(arguments->common, [&](const CommonFlags&) { return curves(*arguments); }); };
 }
 
+struct TableArguments {
+    CommonFlags common;
+    bench::TableOptions options;
+};
+
+int tables(TableArguments& arguments)
+{
+    arguments.options.device = arguments.common.device;
+    const auto results = bench::runPaperTables(arguments.options, [&](const bench::PaperResult& result) {
+        if (!arguments.common.quiet)
+            std::fprintf(stderr, "%s, %s, %s\n", result.of.paper.c_str(), result.of.table.c_str(),
+                         result.of.what.c_str());
+    });
+    const std::string text =
+        arguments.common.json ? bench::paperTablesJson(results).dump(2) + "\n" : bench::paperTablesText(results);
+    std::fputs(text.c_str(), stdout);
+    return 0;
+}
+
+Runner addTables(CLI::App& command)
+{
+    const auto arguments = std::make_shared<TableArguments>();
+    bench::TableOptions& options = arguments->options;
+    command.footer(
+        "Examples:\n"
+        "  virga bench tables\n"
+        "  virga bench tables --only wang --device cpu --json\n");
+    command.add_option("--only", options.only, "wang, nvidia, rousseau; several with commas (default all)")
+        ->delimiter(',')
+        ->type_name("PAPER,...");
+    command
+        .add_option("--frames", options.frames, "timed in each case, after one that warms up (default 5; 1 to 1000)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command.add_option("--largest", options.largest, "leave out cases of more drops (default 5e6, all; from 1000)")
+        ->type_name("N")
+        ->check(CLI::Range(1e3, 1e9));
+    addCommonFlags(command, arguments->common);
+    return
+        [arguments] { return runCommand(arguments->common, [&](const CommonFlags&) { return tables(*arguments); }); };
+}
+
+struct EndToEndArguments {
+    CommonFlags common;
+    bench::EndToEndOptions options;
+};
+
+int endToEnd(EndToEndArguments& arguments)
+{
+    arguments.options.device = arguments.common.device;
+    arguments.options.virga = std::filesystem::read_symlink("/proc/self/exe").string();
+    const bench::EndToEndReport report = bench::runEndToEnd(arguments.options);
+    const std::string text =
+        arguments.common.json ? bench::endToEndJson(report).dump(2) + "\n" : bench::endToEndText(report);
+    std::fputs(text.c_str(), stdout);
+    return 0;
+}
+
+Runner addEndToEnd(CLI::App& command)
+{
+    const auto arguments = std::make_shared<EndToEndArguments>();
+    bench::EndToEndOptions& options = arguments->options;
+    command.footer(
+        "Examples:\n"
+        "  virga bench e2e clip.mp4\n"
+        "  virga bench e2e clip.mp4 --codec libx265 --quality 20 -- --strokes 80000 --fov 60\n");
+    command.add_option("MOVIE", options.movie, "what is read")->required();
+    command.add_option("FLAGS", options.rainFlags, "after --: more flags of virga rain");
+    command.add_option("-o,--output", options.out, "folder that keeps both movies, plain.* and rain.*")
+        ->type_name("DIR");
+    command.add_option("--codec", options.codec, "of both (default libx264; libx265, libsvtav1, libvpx-vp9)")
+        ->type_name("NAME");
+    command.add_option("--quality", options.quality, "CRF of both (default 18; 0 to 63)")
+        ->type_name("X")
+        ->check(CLI::Range(0.0, 63.0));
+    command.add_option("--runs", options.runs, "of each, in turn; medians count (default 3; 1 to 99)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 99));
+    addCommonFlags(command, arguments->common);
+    return
+        [arguments] { return runCommand(arguments->common, [&](const CommonFlags&) { return endToEnd(*arguments); }); };
+}
+
 }  // namespace
 
 Runner addBenchCommand(CLI::App& app, CLI::App*& command)
@@ -72,9 +159,13 @@ Runner addBenchCommand(CLI::App& app, CLI::App*& command)
     command = app.add_subcommand("bench", "run time against error, on this machine");
     command->require_subcommand(1);
     std::vector<std::pair<CLI::App*, Runner>> parts;
-    CLI::App* const part =
-        command->add_subcommand("curves", "each knob's error against its time: tables, charts, a page");
-    parts.emplace_back(part, addCurves(*part));
+    const auto add = [&](const char* name, const char* help, Runner (*fill)(CLI::App&)) {
+        CLI::App* const part = command->add_subcommand(name, help);
+        parts.emplace_back(part, fill(*part));
+    };
+    add("curves", "each knob's error against its time: tables, charts, a page", addCurves);
+    add("tables", "frame rates that papers on rain print, measured here", addTables);
+    add("e2e", "virga rain on a movie against a plain ffmpeg transcode", addEndToEnd);
     return [parts] {
         for (const auto& [part, runner] : parts)
             if (part->parsed()) return runner();

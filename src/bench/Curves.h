@@ -11,7 +11,7 @@
 namespace virga::bench {
 
 struct CurveOptions {
-    std::string out = "bench";         ///< folder
+    std::string out = "bench";        ///< folder
     std::string samples = "samples";  ///< the sample street
     std::string footage;              ///< three more clips; empty: the sample alone
     std::vector<std::string> only;    ///< knobs; empty: all

@@ -2,12 +2,13 @@
 import csv
 import os
 import re
+import subprocess
 import unittest
 import xml.etree.ElementTree as ElementTree
 from html.parser import HTMLParser
 from pathlib import Path
 
-from support import CliTest
+from support import CliTest, makeMovie
 
 SAMPLES = Path(__file__).resolve().parents[2] / "samples"
 TINY = ["--samples", SAMPLES, "--footage", "", "--columns", "32", "--seeds", "2"]
@@ -92,6 +93,69 @@ class Curves(CliTest):
         self.assertEqual(clips, {"street", "yard", "highway", "balcony"})
 
 
+class Tables(CliTest):
+    """The papers' own figures stand beside ours."""
+
+    def test_wang(self):
+        run = self.succeeds("bench", "tables", "--only", "wang", "--frames", "1", "--largest", "20000", "--device", "cpu", "--json", "--quiet")
+        rows = run.report["rows"]
+        self.assertEqual([(r["case"], r["paper_fps"]) for r in rows], [("10,000 strokes", 790), ("20,000 strokes", 328)])
+        for row in rows:
+            self.assertEqual((row["width"], row["height"]), (720, 480))
+            self.assertGreater(row["fps"], 0)
+            wanted = float(row["case"].split()[0].replace(",", ""))
+            self.assertLess(abs(row["drawn"] / wanted - 1), 0.1, "as many strokes as the paper drew")
+
+    def test_everyFigureOfThePapers(self):
+        """Nothing is drawn: the smallest case has more drops."""
+        run = self.succeeds("bench", "tables", "--frames", "1", "--largest", "1000", "--device", "cpu")
+        self.assertNotIn("| wang", run.out)
+        figures = [float(line.split("|")[3]) for line in run.out.splitlines() if line.startswith("| 1,000 drops")]
+        self.assertEqual(figures, [196, 187, 174, 162, 148, 134])  # Rousseau's Table 5, all resolutions
+        self.assertIn("rousseau, Table 5", run.err)
+
+    def test_nvidiaHasBothTables(self):
+        rows = self.succeeds("bench", "tables", "--only", "nvidia", "--frames", "1", "--largest", "2e5", "--device", "cpu", "--json", "--quiet").report["rows"]
+        self.assertEqual([(r["paper_fps"], r["timed"]) for r in rows], [(574, "cells and drops"), (545, "strokes and composite")])
+
+
+class EndToEnd(CliTest):
+    @classmethod
+    def makePlates(cls):
+        makeMovie(cls.folder / "clip.mp4")
+
+    def test_ratio(self):
+        report = self.succeeds("bench", "e2e", "clip.mp4", "--runs", "1", "--device", "cpu", "--json", "-o", "kept", "--",
+                               "--fov", "50").report
+        self.assertAlmostEqual(report["ratio"], report["rain"]["seconds"] / report["transcode"]["seconds"])
+        self.assertGreater(report["processor_ratio"], 0)
+        self.assertGreater(report["decode"]["seconds"], 0)
+        self.assertIn("strokes", report["passes"])
+        self.assertGreater(report["strokes_per_frame"], 0, "the same as virga rain without more flags draws")
+        settings = []
+        for name in ("plain.mp4", "rain.mp4"):
+            movie = self.folder / "kept" / name
+            frames = subprocess.run(["ffprobe", "-v", "error", "-count_packets", "-select_streams", "v", "-show_entries",
+                                     "stream=nb_read_packets", "-of", "csv=p=0", movie], capture_output=True, check=True)
+            self.assertEqual(int(frames.stdout.decode().strip().strip(",")), report["frames"])
+            # x264 writes its settings into the stream.
+            settings.append(re.search(rb"x264 - core .*? options: ([ -~]+)", movie.read_bytes()).group(1).split())
+        self.assertEqual(*settings, "the codec's settings are the same")
+
+    def test_text(self):
+        run = self.succeeds("bench", "e2e", "clip.mp4", "--runs", "1", "--device", "cpu")
+        for word in ("ratio", "ffmpeg, transcode", "virga rain", "rendering"):
+            self.assertIn(word, run.out)
+        self.assertFalse(list(self.folder.glob("plain.*")))
+
+    def test_refusals(self):
+        self.refused(3, ["no.mp4"], "bench", "e2e", "no.mp4")
+        self.refused(2, ["--codec 'prores_ks'", "CRF", "libx264"], "bench", "e2e", "clip.mp4", "--codec", "prores_ks")
+        self.refused(3, ["virga", "failed", "--rate"], "bench", "e2e", "clip.mp4", "--runs", "1", "--", "--rate", "-1")
+        self.refused(3, ["'ffmpeg' cannot be started"], "bench", "e2e", "clip.mp4", env={"PATH": "/nowhere"})
+        self.refused(2, ["MOVIE", "required"], "bench", "e2e")
+
+
 class Refusals(CliTest):
     def test_noPart(self):
         self.refused(2, ["no part is given", "curves", "--help"], "bench")
@@ -102,6 +166,9 @@ class Refusals(CliTest):
     def test_unknownKnob(self):
         self.refused(2, ["--only 'treshold'", "did you mean 'threshold'", "layers"],
                      "bench", "curves", "-o", "x", "--only", "treshold", *TINY)
+
+    def test_unknownPaper(self):
+        self.refused(2, ["--only 'garg'", "wang, nvidia, rousseau"], "bench", "tables", "--only", "garg")
 
     def test_ranges(self):
         for flag, value in (("--columns", "15"), ("--columns", "wide"), ("--seeds", "0"), ("--opacity", "-1"), ("--values", "a")):
