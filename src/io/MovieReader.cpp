@@ -4,9 +4,12 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/imgutils.h>
+#include <libavutil/pixdesc.h>
 }
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/Error.h"
 #include "core/Log.h"
@@ -21,6 +24,25 @@ namespace virga::io {
 using namespace libav;
 
 namespace {
+
+/// Whether two pictures of a movie are the same, code for code. Pictures that differ mostly do so in the first rows.
+bool haveSameCodes(const AVFrame& a, const AVFrame& b)
+{
+    const auto format = AVPixelFormat(a.format);
+    const AVPixFmtDescriptor* description = av_pix_fmt_desc_get(format);
+    if (a.format != b.format || a.width != b.width || a.height != b.height || description == nullptr) return false;
+    if (description->flags & (AV_PIX_FMT_FLAG_PAL | AV_PIX_FMT_FLAG_HWACCEL)) return false;
+    for (int plane = 0; plane < av_pix_fmt_count_planes(format); ++plane) {
+        const bool isChroma = plane == 1 || plane == 2;
+        const int rows = isChroma ? AV_CEIL_RSHIFT(a.height, description->log2_chroma_h) : a.height;
+        const int bytes = av_image_get_linesize(format, a.width, plane);
+        for (int y = 0; y < rows; ++y)
+            if (std::memcmp(a.data[plane] + std::ptrdiff_t(y) * a.linesize[plane],
+                            b.data[plane] + std::ptrdiff_t(y) * b.linesize[plane], std::size_t(bytes)) != 0)
+                return false;
+    }
+    return true;
+}
 
 class MovieSource final : public FrameSource {
 public:
@@ -65,6 +87,9 @@ public:
                                               origin.timeBase.value()
                                         : double(index) / movie_.info.fps;
         Frame decoded = picture(std::size_t(index));
+        if (!last_ || !haveSameCodes(*last_, *decoded)) ++content_;
+        last_.reset(av_frame_clone(decoded.get()));
+        frame.content = content_;
         auto extras = std::make_shared<FrameExtras>();
         if (pixels == Pixels::Codes && movie_.orientation.isIdentity())
             extras->codes = std::move(decoded);
@@ -179,6 +204,8 @@ private:
     ChromaFilter chroma_;
     std::unique_ptr<PlanarBuffer> unpacked_;  // for formats that are not planar
     bool saidFields_ = false;
+    Frame last_;  // the picture that was loaded last
+    std::uint64_t content_ = 0;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -89,6 +90,8 @@ struct PlateFrame {
     ImageF pixels;      ///< RGBA
     std::shared_ptr<const FrameExtras> extras;
     std::string repaired;  ///< empty, or a sentence: "held from frame 12: ..."
+    /// Frames of one reader that have the same one have the same pixels: stills, frames held in a movie. 0: not known.
+    std::uint64_t content = 0;
 };
 
 /// As what the pixels of a frame are asked for.

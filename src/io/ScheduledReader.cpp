@@ -42,13 +42,21 @@ public:
         next_ = claimed_ = 0;
         loaded_.clear();
         stopping_ = false;
+        still_.reset();
+        if (info().isStill) return;  // one frame, whatever its numbers
         const int threads = std::min<int>(source_->parallelLoads(), int(frames.size()));
         for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { loadAhead(); });
     }
 
     std::optional<PlateFrame> read(FrameNumber number) override
     {
+        if (still_) return *still_;
         Loaded result = take(number);
+        if (!result.problem && info().isStill && schedule_.size() > 1) {  // one image for all: decoded once
+            still_ = std::move(result.frame);
+            still_->content = 1;
+            return *still_;
+        }
         if (!result.problem) return std::move(result.frame);
         if (onError_ == OnError::Stop) std::rethrow_exception(result.problem);
         try {
@@ -173,6 +181,7 @@ private:
     std::size_t claimed_ = 0;  // index of the first frame that no thread has taken on
     std::map<std::size_t, Loaded> loaded_;
     bool stopping_ = false;
+    std::optional<PlateFrame> still_;  // the plate's one frame, if it is wanted several times
 };
 
 }  // namespace

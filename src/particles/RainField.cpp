@@ -37,9 +37,11 @@ public:
     {
     }
 
+    glm::dvec3 inCamera(const glm::dvec3& fromCamera) const { return cameraFromWorld_ * fromCamera; }
+
     bool touches(const glm::dvec3& centreFromCamera, double radius) const
     {
-        const glm::dvec3 p = cameraFromWorld_ * centreFromCamera;
+        const glm::dvec3 p = inCamera(centreFromCamera);
         const double depth = -p.z;
         const double blur = std::max(blurAt(depth - radius), blurAt(depth + radius));
         return depth > -radius && depth < far_ + radius && std::abs(p.x) - tanX_ * depth < radius * lengthX_ + blur &&
@@ -156,15 +158,16 @@ double RainField::visibleDepth(double diameter, const rainfall::SizeClass& c, do
 
 void RainField::appendLayer(std::size_t number, const Exposure& exposure, const Visibility& visibility,
                             std::atomic<double>& lookedAt, std::atomic<std::size_t>& inView,
-                            std::vector<shared::Cell>& cells, std::size_t& drops) const
+                            std::vector<shared::Cell>& cells, std::size_t& drops, std::size_t& hidden) const
 {
     const Layer& layer = layers_[number];
     const rainfall::SizeClass& c = classes_[layer.sizeClass];
     const double edge = layer.cellEdge;
     // A drop is drawn where q^2 is over its rank.
     const double faintest = std::max(visibility.threshold, visibility.thin * std::sqrt(layer.leastRank));
-    const double far =
-        std::min(visibility.far_m, visibleDepth(c.d1, c, exposure.projection.focal_px, exposure.duration_s, faintest));
+    double far = visibility.far_m;
+    if (visibility.skipsFaint)
+        far = std::min(far, visibleDepth(c.d1, c, exposure.projection.focal_px, exposure.duration_s, faintest));
     if (far <= visibility.near_m) return;
 
     const glm::dvec3 fallen = motion_.displacement(c.speed, exposure.open_s);
@@ -207,7 +210,13 @@ void RainField::appendLayer(std::size_t number, const Exposure& exposure, const 
                 const glm::dvec3 origin = corner - cameraInField;
                 const glm::dvec3 middle = origin + 0.5 * edge + 0.5 * way;
                 const double radius = still + turn * (glm::length(middle) + still);
-                if (!atOpen.touches(middle, radius) && !atClose.touches(middle, radius)) continue;
+                if (visibility.skipsOutOfView && !atOpen.touches(middle, radius) && !atClose.touches(middle, radius))
+                    continue;
+                if (visibility.hidden != nullptr &&
+                    visibility.hidden->hides(atOpen.inCamera(middle), atClose.inCamera(middle), radius, c.d1)) {
+                    ++hidden;
+                    continue;
+                }
 
                 const std::uint64_t hash = cellHash(seed_, std::int64_t(number), i, j, k);
                 const int count = poisson(unitDouble(mix(hash)));
@@ -246,12 +255,13 @@ CellList RainField::cellsInView(const Exposure& exposure, const Visibility& visi
     parallelFor(0, std::ptrdiff_t(layers_.size()), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (std::ptrdiff_t s = first; s < last; ++s) {
             std::vector<shared::Cell> cells;
-            std::size_t drops = 0;
-            appendLayer(std::size_t(s), exposure, visibility, lookedAt, inView, cells, drops);
+            std::size_t drops = 0, hidden = 0;
+            appendLayer(std::size_t(s), exposure, visibility, lookedAt, inView, cells, drops, hidden);
             const std::lock_guard lock(mutex);
             for (shared::Cell& cell : cells) cell.key.w += std::uint32_t(list.drops);
             list.cells.insert(list.cells.end(), cells.begin(), cells.end());
             list.drops += drops;
+            list.hiddenCells += hidden;
         }
     });
     // For each block of drops the cell that holds its first.

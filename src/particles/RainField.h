@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "camera/Camera.h"
+#include "particles/HiddenCells.h"
 #include "particles/Motion.h"
 #include "particles/SharedShaders.h"
 #include "rainfall/SizeClasses.h"
@@ -36,6 +37,10 @@ struct Visibility {
     double thin = 0;           ///< matte value under which strokes are thinned out, see drawnShare; 0: none are
     double aperture_m = 0;     ///< of the lens, which blurs what is out of focus beyond its outline
     double focus_m = 10;       ///< distance that is in focus
+    const HiddenCells* hidden = nullptr;  ///< what the scene stands in front of is not listed; null: everything is
+    /// False: cells are listed of which nothing is drawn, in the box around the view and out to `far_m`. For tests and
+    /// benchmarks of what that saves.
+    bool skipsOutOfView = true, skipsFaint = true;
 };
 
 /// The drops that a picture may need: input of the GPU and of dropInCell().
@@ -45,6 +50,7 @@ struct CellList {
     std::array<shared::TurbulenceWave, 4> waves{};
     std::vector<std::uint32_t> blocks;  ///< cell of the first of every dropsPerBlock drops
     std::size_t drops = 0;              ///< in all cells: an upper bound on the strokes
+    std::size_t hiddenCells = 0;        ///< left out by Visibility::hidden
 
     /// Drops of cell c: up to the first drop of the next cell.
     std::uint32_t dropsIn(std::size_t c) const
@@ -119,7 +125,7 @@ public:
 private:
     void appendLayer(std::size_t number, const Exposure& exposure, const Visibility& visibility,
                      std::atomic<double>& lookedAt, std::atomic<std::size_t>& inView, std::vector<shared::Cell>& cells,
-                     std::size_t& drops) const;
+                     std::size_t& drops, std::size_t& hidden) const;
     double visibleDepth(double diameter, const rainfall::SizeClass& c, double focal_px, double exposure_s,
                         double threshold) const;
 

@@ -1,12 +1,20 @@
 #include "shot/Compositor.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "core/Parallel.h"
 #include "core/Timer.h"
 #include "passes/SplashPass.h"
 #include "shot/AtlasFile.h"
+#include "shot/LampReach.h"
 #include "shot/PictureRenderer.h"
 #include "shot/PixelRepair.h"
 
@@ -26,19 +34,33 @@ double depthOfEntry(std::size_t entry)
 }  // namespace
 
 struct Compositor::Impl : ShotScene {
-    using ShotScene::ShotScene;
+    Impl(const Settings& settings_, const Shot& shot_, const Wanted& wanted_, const PlateSamples& samples)
+        : ShotScene(settings_, shot_, wanted_, samples), wanted(wanted_)
+    {
+    }
 
+    Wanted wanted;
     CompositorStatistics statistics;
 
     std::unique_ptr<PictureRenderer> renderer;
     std::shared_ptr<const depth::Depth> usedDepth;
     double tablesFocal = -1;  // focal length that the tables in use were made for [px]
     std::vector<float> fogTable, veilTable;
+    std::optional<particles::FarthestDepth> farthestDepth;  // of usedDepth
+    std::vector<float> ringTransfer;                        // features.lights
+    std::size_t lampsInUse = 0;
+    double matteWidthDiameters = 1;
+    double greatestTransfer = 0;    // of ringTransfer [1/sr]
+    std::uint64_t lastContent = 0;  // of the plate frame that was rendered last; 0: it came to nothing, or nobody knows
 
     shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
+    particles::CellList cellsIn(const particles::Exposure& exposure) const;
+    double dropWay(const particles::Exposure& exposure) const;
+    std::vector<SceneLight> seenLamps(const particles::Exposure& exposure) const;
+    void leaveOutLamps();
     void setLamps(const particles::Exposure& exposure);
     void setTables(const particles::Exposure& exposure);
-    void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate);
+    void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate, bool isSamePlate);
     /// The frame without its margins.
     ConstImageViewF frameIn(const ImageF& wide) const
     {
@@ -73,7 +95,7 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     c.boost = {float(settings.paper ? 0.7 : settings.backgroundBoost), settings.paper ? 1.0f : 0.0f, 0, 0};
     c.grade = {float(settings.darken), float(settings.desaturate), float(settings.blur_px),
                float(settings.blurDistance_m)};
-    c.lights.x = std::uint32_t(lamps.size());
+    c.lights.x = std::uint32_t(lampsInUse);
     if (plan.features.fog) c.medium.x = float(extinctionAround(exposure));
     c.lut = {lut.delta, lut.maximum, float(lut.size), 0};
     if (rain) {
@@ -90,12 +112,63 @@ shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure&
     return c;
 }
 
+particles::CellList Compositor::Impl::cellsIn(const particles::Exposure& exposure) const
+{
+    particles::Visibility visibility = rain->visibility(exposure);
+    visibility.skipsOutOfView = plan.skips.outOfView;
+    visibility.skipsFaint = plan.skips.faint;
+    if (!farthestDepth) return rain->field().cellsInView(exposure, visibility);
+    const shared::FrameConstants c = constantsFor(exposure);
+    const auto [least, greatest] = std::minmax(c.lens.x, c.lens.y);
+    const particles::HiddenCells hidden(*farthestDepth, {.leastFocal_px = double(least),
+                                                         .greatestFocal_px = double(greatest),
+                                                         .axisX_px = double(c.lens.z),
+                                                         .axisY_px = double(c.lens.w),
+                                                         .aperture_m = double(c.focus.x),
+                                                         .inverseFocus_1_m = double(c.focus.y),
+                                                         .near_m = settings.near_m,
+                                                         .matteWidthDiameters = matteWidthDiameters});
+    visibility.hidden = &hidden;
+    return rain->field().cellsInView(exposure, visibility);
+}
+
+/// The farthest that a drop gets while the shutter is open [m], the camera's own way left out.
+double Compositor::Impl::dropWay(const particles::Exposure& exposure) const
+{
+    const particles::Motion& motion = rain->field().motion();
+    double farthest = 0;
+    for (const rainfall::SizeClass& c : rain->field().classes())
+        farthest = std::max(farthest, glm::length(motion.displacement(c.speed, exposure.open_s + exposure.duration_s) -
+                                                  motion.displacement(c.speed, exposure.open_s)));
+    return farthest + 2 * motion.turbulenceReach();
+}
+
+std::vector<SceneLight> Compositor::Impl::seenLamps(const particles::Exposure& exposure) const
+{
+    if (!plan.skips.farLamps) return lamps;
+    return lampsInReach(lamps, exposure, settings.far_m, extinctionAround(exposure), greatestTransfer,
+                        dropWay(exposure));
+}
+
+/// Lamps that no drop of the shot is lit by need no sums and no part in the shaders. A camera that moves may come near
+/// them: then each frame decides.
+void Compositor::Impl::leaveOutLamps()
+{
+    ringTransfer = ringTransferTable();
+    greatestTransfer = double(*std::max_element(ringTransfer.begin(), ringTransfer.end()));
+    if (lamps.empty() || !plan.skips.passes || !track.isStatic()) return;
+    if (!seenLamps(exposureAt(shot.firstFrame)).empty()) return;
+    plan.features.lights = false;
+    plan.leaveOut("lights", fmt::format("no light of '{}' reaches a drop", settings.lights));
+}
+
 void Compositor::Impl::setLamps(const particles::Exposure& exposure)
 {
     std::vector<shared::PointLight> fromCamera;
-    for (const SceneLight& lamp : lamps)
+    for (const SceneLight& lamp : seenLamps(exposure))
         fromCamera.push_back({glm::vec4(glm::vec3(lamp.position - exposure.poseAtOpen.position), float(lamp.radius_m)),
                               glm::vec4(glm::vec3(lamp.intensity), 0.0f)});
+    lampsInUse = fromCamera.size();
     renderer->setLamps(fromCamera);
 }
 
@@ -124,11 +197,13 @@ void Compositor::Impl::setTables(const particles::Exposure& exposure)
     if (plan.features.veil) renderer->setVeilTable(veilTable);
 }
 
-void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate)
+void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate,
+                                bool isSamePlate)
 {
-    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate);
+    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate, isSamePlate);
     if (now == usedDepth) return;
     renderer->setDepth(now->metres);
+    if (plan.features.rain && plan.skips.behindDepth) farthestDepth.emplace(now->metres);
     statistics.depthCounts = now->counts;
     statistics.depthResampled = now->resampled;
     usedDepth = now;
@@ -139,8 +214,10 @@ void Compositor::Impl::openRenderer(const CompositorOptions& options)
     const matte::StrokeAtlas atlas = !plan.features.rain       ? matte::StrokeAtlas{}
                                      : settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
                                                                : loadAtlas(settings.mattes);
+    matteWidthDiameters = double(atlas.acrossDiameters);
+    if (plan.features.lights) leaveOutLamps();
     renderer = makePictureRenderer({shot.width + 2 * shot.marginX, shot.height + 2 * shot.marginY, plan.features, atlas,
-                                    lut, options.device, options.shaderFolder});
+                                    lut, ringTransfer, options.device, options.shaderFolder});
     statistics.device = renderer->device();
 }
 
@@ -198,30 +275,38 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
         statistics.passMs[name] += timer.milliseconds();
     };
     const particles::Exposure exposure = m.exposureAt(plate.number);
-    particles::CellList cells;
-    if (features.rain)
-        timed("cells", [&] { cells = m.rain->field().cellsInView(exposure, m.rain->visibility(exposure)); });
+    // Until this frame is through nothing is known of the one before the next.
+    const std::uint64_t before = std::exchange(m.lastContent, 0);
+    const bool isSamePlate = m.plan.skips.unchanged && plate.content != 0 && plate.content == before;
     timed("inputs", [&] {
         statistics.repairedPixels += repairPixels(plate.pixels);
-        if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels));
+        if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels), isSamePlate);
         m.setTables(exposure);
         if (features.lights) m.setLamps(exposure);
     });
+    particles::CellList cells;
+    if (features.rain) timed("cells", [&] { cells = m.cellsIn(exposure); });
     if (m.light)
         timed("environment", [&] {
-            if (m.light->update(plate.number, m.viewOf(m.frameIn(plate.pixels), plate.number)))
+            const environment::PlateView view = m.viewOf(m.frameIn(plate.pixels), plate.number);
+            if (m.light->update(plate.number, view, isSamePlate))
                 m.renderer->setDropRadiance(m.light->radiance(), m.light->lowPassBackground());
             statistics.lightOrder = m.light->order();
             statistics.lightRemainder = m.light->remainder();
             statistics.lightCount = m.light->lightCount();
         });
+    if (isSamePlate) m.renderer->keepPlate();
     const glm::mat3 environmentFromWorld(m.light ? m.light->environmentFromWorld() : glm::dmat3(1.0));
     DrawnPicture drawn =
         m.renderer->render(std::move(plate.pixels), m.constantsFor(exposure), cells, environmentFromWorld);
     for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
     statistics.strokes += drawn.strokes;
     statistics.splashes += drawn.splashes;
-    if (features.layers) out.layers = m.layersOf(drawn);
+    statistics.hiddenCells += cells.hiddenCells;
+    statistics.samePlates += isSamePlate ? 1 : 0;
+    statistics.lampsLeftOut += m.lamps.size() - m.lampsInUse;
+    if (m.wanted.layers && features.layers) out.layers = m.layersOf(drawn);
+    m.lastContent = plate.content;
     out.beauty = std::move(drawn.beauty);
     statistics.renderSeconds += clock.seconds();
     return out;

@@ -90,12 +90,14 @@ DepthSource::DepthSource(const Settings& settings, int width, int height, const 
     reader_.emplace(settings);
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate)
+std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate,
+                                                          bool isSamePlate)
 {
     const std::string name = reader_->nameOf(frame);
     const bool needsFocal = options_.kind == depth::DepthKind::Distance || options_.kind == depth::DepthKind::Disparity;
     // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
-    if (name == lastName_ && !followsPlate_ && (!needsFocal || focal_px == lastFocal_px_)) return last_;
+    if (name == lastName_ && (!followsPlate_ || isSamePlate) && (!needsFocal || focal_px == lastFocal_px_))
+        return last_;
     const StoredDepth stored = reader_->read(frame);
     options_.full = stored.full;
     options_.skyStored = stored.sky;
@@ -132,7 +134,7 @@ std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, cons
     for (const FrameNumber other : others) {
         if (other == frame) continue;
         try {
-            auto held = fromFile(other, focal_px, plate);
+            auto held = fromFile(other, focal_px, plate, false);
             log::warning("depth held from frame {}: {}", other, why);
             return held;
         } catch (const Error&) {  // as bad as the first: try the next
@@ -142,7 +144,8 @@ std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, cons
 }
 
 std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
-                                                    const camera::Projection& projection, ConstImageViewF plate)
+                                                    const camera::Projection& projection, ConstImageViewF plate,
+                                                    bool isSamePlate)
 {
     if (groundLevel_) {
         if (last_ && lastPose_ && lastPose_->position == pose.position &&
@@ -162,7 +165,7 @@ std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const cam
         return last_;
     }
     try {
-        return fromFile(frame, projection.focal_px, plate);
+        return fromFile(frame, projection.focal_px, plate, isSamePlate);
     } catch (const Error& error) {
         if (!holds_ || reader_->isOne()) throw;
         return heldFor(frame, error.what(), projection.focal_px, plate);

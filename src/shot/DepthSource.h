@@ -23,13 +23,15 @@ public:
                 int marginY = 0);
 
     /// width x height x 1 with the margins [m], +inf sky. The same object is returned while nothing changes, so that it need not be
-    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over. Throws Error(Input) naming
-    /// the file and the frame.
+    /// uploaded again. plate: the frame's pixels, whose edges a smaller depth takes over; isSamePlate: they are those of
+    /// the call before. Throws Error(Input) naming the file and the frame.
     std::shared_ptr<const depth::Depth> at(FrameNumber frame, const camera::Pose& pose,
-                                           const camera::Projection& projection, ConstImageViewF plate);
+                                           const camera::Projection& projection, ConstImageViewF plate,
+                                           bool isSamePlate = false);
 
 private:
-    std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate);
+    std::shared_ptr<const depth::Depth> fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate,
+                                                 bool isSamePlate);
     /// --on-error hold: the nearest earlier depth that can be read, else the nearest later one. why: the sentence of
     /// the one that cannot.
     std::shared_ptr<const depth::Depth> heldFor(FrameNumber frame, const std::string& why, double focal_px,

@@ -3,10 +3,29 @@
 #include <fmt/format.h>
 
 namespace virga::shot {
+namespace {
+
+/// For Skips::passes: whatever can run beside what runs does, with nothing to do. Layers are made and given to nobody.
+void keepIdlePasses(passes::Features& f)
+{
+    if (!f.light()) return;
+    f.fog = f.blur = f.darken = f.boost = f.lights = f.layers = true;
+    f.cameraMotion = f.nearest = f.rain;
+    f.splashes = f.depth;
+}
+
+}  // namespace
+
+void FramePlan::leaveOut(std::string_view pass, const std::string& why)
+{
+    for (PlannedPass& planned : passes)
+        if (planned.name == pass) planned.runs = false, planned.why = why;
+}
 
 FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
 {
     FramePlan plan;
+    plan.skips = wanted.skips;
     const auto add = [&](const char* name, bool runs, const std::string& why) {
         plan.passes.push_back({name, runs, why});
         return runs;
@@ -83,6 +102,7 @@ FramePlan planFrame(const Settings& s, const Wanted& wanted, bool cameraMoves)
     f.nearest = f.layers && f.rain;
     add("layers", f.layers, f.layers ? "--layers" : wanted.layers ? "the beauty is the plate" : "no --layers");
     add("composite", f.anything(), f.anything() ? "" : "every effect is off: the plate passes through");
+    if (!plan.skips.passes) keepIdlePasses(f);
     return plan;
 }
 

@@ -16,6 +16,9 @@ struct CompositorStatistics {
     std::map<std::string, double> passMs;  ///< summed over the frames
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
+    std::size_t hiddenCells = 0;     ///< of drops behind the scene's depth, not looked into; summed over the frames
+    std::size_t samePlates = 0;      ///< frames with the pixels of the one before
+    std::size_t lampsLeftOut = 0;    ///< as their light does not arrive; summed over the frames
     std::size_t repairedPixels = 0;  ///< NaN and Inf in plate pixels, which effects would have spread
     depth::DepthCounts depthCounts;  ///< of the last depth image read
     bool depthResampled = false;

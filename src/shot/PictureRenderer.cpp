@@ -1,13 +1,12 @@
 #include "shot/PictureRenderer.h"
 
-#include <numbers>
 #include <optional>
+#include <utility>
 
 #include "core/Error.h"
 #include "core/Timer.h"
 #include "gl/Context.h"
 #include "gl/PassTimer.h"
-#include "optics/DropTransfer.h"
 #include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
 #include "passes/CpuRenderer.h"
@@ -17,20 +16,6 @@
 
 namespace virga::shot {
 namespace {
-
-/// D(theta) for R, G, B at equal steps of theta from 0 to pi, each averaged over a step: a lamp is a degree or so wide.
-std::vector<float> ringTransferTable()
-{
-    constexpr int steps = 256;
-    std::vector<float> table(3 * steps);
-    for (std::size_t c = 0; c < 3; ++c) {
-        const optics::RingTransfer ring({.index = optics::waterIndex[c]});
-        for (int i = 0; i < steps; ++i)
-            table[3 * std::size_t(i) + c] =
-                float(ring.mean((i + 0.5) * std::numbers::pi / steps, 0.5 * std::numbers::pi / steps));
-    }
-    return table;
-}
 
 class ShaderPicture final : public PictureRenderer {
 public:
@@ -44,13 +29,14 @@ public:
         if (features_.splashes) splashes_.emplace(features_, setup.shaderFolder);
         if (features_.blur) blur_.emplace(features_, setup.shaderFolder);
         composite_.emplace(features_, setup.shaderFolder);
-        if (features_.lights) targets_->uploadRingTransfer(ringTransferTable());
+        if (features_.lights) targets_->uploadRingTransfer(setup.ringTransfer);
         if (features_.colorTransfer) targets_->uploadLut(setup.lut.size, setup.lut.rgb);
         timer_.emplace();
         context_->check("opening the passes");
     }
 
     std::string device() const override { return context_->device().renderer; }
+    void keepPlate() override { keepsPlate_ = true; }
     void setDepth(ConstImageViewF metres) override { targets_->uploadDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { targets_->uploadFogTable(opticalDepth); }
     void setVeilTable(const std::vector<float>& sums) override { targets_->uploadVeilTable(sums); }
@@ -70,7 +56,7 @@ public:
             drawn.passMs[name] += timer.milliseconds();
         };
         timed("upload", [&] {
-            targets_->uploadPlate(plate);
+            if (!std::exchange(keepsPlate_, false)) targets_->uploadPlate(plate);
             shared::FrameConstants described = constants;
             if (strokes_) strokes_->describe(described, cells);
             targets_->setConstants(described);
@@ -119,17 +105,19 @@ private:
     std::optional<passes::BlurPass> blur_;
     std::optional<passes::CompositePass> composite_;
     std::optional<gl::PassTimer> timer_;
+    bool keepsPlate_ = false;
 };
 
 class CpuPicture final : public PictureRenderer {
 public:
     explicit CpuPicture(const PictureSetup& setup) : renderer_(setup.width, setup.height, setup.features, setup.atlas)
     {
-        if (setup.features.lights) renderer_.setRingTransfer(ringTransferTable());
+        if (setup.features.lights) renderer_.setRingTransfer(setup.ringTransfer);
         if (setup.features.colorTransfer) renderer_.setLut(setup.lut.rgb);
     }
 
     std::string device() const override { return "processor, without OpenGL"; }
+    void keepPlate() override {}  // it draws over the plate
     void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { renderer_.setFogTable(opticalDepth); }
     void setVeilTable(const std::vector<float>& sums) override { renderer_.setVeilTable(sums); }

@@ -22,8 +22,9 @@ struct PictureSetup {
     passes::Features features;  ///< but for `software`
     const matte::StrokeAtlas& atlas;
     const grade::ColorLut& lut;
-    std::string device = "auto";  ///< see makePictureRenderer
-    std::string shaderFolder;     ///< see gl::loadShader; with one the shaders draw
+    const std::vector<float>& ringTransfer;  ///< see ringTransferTable; may be empty without lamps
+    std::string device = "auto";             ///< see makePictureRenderer
+    std::string shaderFolder;                ///< see gl::loadShader; with one the shaders draw
 };
 
 /// A finished picture and what its features name beside it; the others are empty.
@@ -42,6 +43,7 @@ public:
     /// For the report: GL_RENDERER, or the processor.
     virtual std::string device() const = 0;
 
+    virtual void keepPlate() = 0;                       ///< the next frame's plate has the pixels of the last one's
     virtual void setDepth(ConstImageViewF metres) = 0;  ///< must live until the next is set
     virtual void setFogTable(const std::vector<float>& opticalDepth) = 0;
     virtual void setVeilTable(const std::vector<float>& sums) = 0;

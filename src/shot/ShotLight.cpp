@@ -111,12 +111,17 @@ void ShotLight::keep(environment::Panorama panorama)
     for (float& value : panorama_.pixels.values()) value *= float(settings_.envGain);
 }
 
-bool ShotLight::update(FrameNumber frame, const environment::PlateView& view)
+bool ShotLight::update(FrameNumber frame, const environment::PlateView& view, bool isSamePlate)
 {
     const bool isFirst = !std::exchange(isShown_, true);
     if (keyFrames_) return keyFrames_->moveTo(frame, light_);
-    if (isEachFrame_) light_ = fromViews({&view, 1});
-    return isFirst || isEachFrame_;
+    if (!isEachFrame_) return isFirst;
+    const bool isSameView = view.horizontalFov == lastFov_ && view.worldFromCamera == lastWorldFromCamera_;
+    if (isSamePlate && isSameView) return false;
+    light_ = fromViews({&view, 1});
+    lastFov_ = view.horizontalFov;
+    lastWorldFromCamera_ = view.worldFromCamera;
+    return true;
 }
 
 }  // namespace virga::shot

@@ -28,7 +28,8 @@ public:
     ShotLight& operator=(const ShotLight&) = delete;
 
     /// Brings the maps up to date for a frame that looks as `view` says; false if they are as they were.
-    bool update(FrameNumber frame, const environment::PlateView& view);
+    /// isSamePlate: the view's pixels are those of the call before.
+    bool update(FrameNumber frame, const environment::PlateView& view, bool isSamePlate = false);
 
     /// Equirectangular maps; see environment::DropRadiance.
     ConstImageViewF radiance() const { return light_.radiance; }
@@ -57,6 +58,8 @@ private:
     const bool keepsPanorama_;
     environment::Panorama panorama_;
     bool isShown_ = false;  // update() has been called
+    double lastFov_ = 0;    // of the view that isEachFrame_ saw last
+    glm::dmat3 lastWorldFromCamera_{0.0};
     environment::DropRadiance light_;
 };
 

@@ -58,7 +58,7 @@ ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted&
     const particles::Exposure first = exposureAt(shot.firstFrame);
     if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
     if (plan.features.light()) makeLight(samples.forLight, wanted.panorama);
-    if (plan.features.lights) lamps = readLights(settings.lights);
+    if (plan.features.lights && !settings.lights.empty()) lamps = readLights(settings.lights);
     if (plan.features.depth)
         depth.emplace(settings, shot.width, shot.height, first.poseAtOpen, shot.marginX, shot.marginY);
 }
