@@ -38,6 +38,7 @@ ImageF maximaOf(ConstImageViewF fine, int side)
 FarthestDepth::FarthestDepth(ConstImageViewF depth) : width_(depth.width()), height_(depth.height())
 {
     levels_.push_back(maximaOf(depth, tile));
+    nearestWall_ = *std::min_element(levels_[0].values().begin(), levels_[0].values().end());
     while (levels_.back().width() > 1 || levels_.back().height() > 1) levels_.push_back(maximaOf(levels_.back(), 2));
 }
 
@@ -66,7 +67,7 @@ bool HiddenCells::hides(const glm::dvec3& centreAtOpen, const glm::dvec3& centre
     // A stroke's depth at a pixel is between those of its ends, so that both balls' count at either's pixels.
     const double nearest = std::min(-centreAtOpen.z, -centreAtClose.z) - radius;
     const double farthest = std::max(-centreAtOpen.z, -centreAtClose.z) + radius;
-    if (!(nearest > l.near_m)) return false;
+    if (!(nearest > std::max(l.near_m, double(depth_.nearestWall())))) return false;
 
     // How far from its path a stroke is drawn: half widths to the side and beyond its ends, aslant, the wider of
     // profile and matte; blur along the path; pixels that it only touches.

@@ -22,10 +22,14 @@ public:
     /// around it may count. 0 if no pixel of the picture is in it. Pixel (x, y) is the square [x, x + 1) x [y, y + 1).
     float in(double left, double top, double right, double bottom) const noexcept;
 
+    /// Nothing nearer than this is behind anything: the least `in` of a tile [m].
+    float nearestWall() const noexcept { return nearestWall_; }
+
     std::size_t bytes() const noexcept;
 
 private:
     int width_, height_;
+    float nearestWall_;
     std::vector<ImageF> levels_;  // each tile of a level covers 2 x 2 of the one before
 };
 
