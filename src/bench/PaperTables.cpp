@@ -93,8 +93,9 @@ PaperResult measure(const PaperCase& c, const TableOptions& options)
     features.rain = true;
     features.fog = features.depth = c.environment;
     features.lights = c.lamps;
+    const std::vector<float> ringTransfer = c.lamps ? shot::ringTransferTable() : std::vector<float>();
     const auto renderer = shot::makePictureRenderer(
-        {c.width, c.height, features, shot::builtInAtlas(1), grade::ColorLut{}, options.device, {}});
+        {c.width, c.height, features, shot::builtInAtlas(1), grade::ColorLut{}, ringTransfer, options.device, {}});
     const ImageF depth = groundDepth(c.width, c.height, exposure.projection.focal_px), white(64, 32, 3, 0.9f);
     if (c.environment) renderer->setDepth(depth);
     if (c.environment) renderer->setFogTable(std::vector<float>(shared::fogTableSize, 0.05f));
