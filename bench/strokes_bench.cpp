@@ -34,7 +34,7 @@ using namespace virga;
 struct Case {
     const char* name;
     int width, height;
-    double strokes;
+    double strokes;  ///< 0: as `virga rain` draws 25 mm/h by itself, thinned out, with fog and darkening
     double exposure_s;
     bool light;               ///< fog and depth too
     bool everything = false;  ///< and splashes, blur, grade, boost, lamps, layers, depth and motion of strokes
@@ -56,6 +56,15 @@ void writePicture(const std::string& path, const ImageF& image)
                 const float v = std::clamp(image.at(x, y, c), 0.0f, 1.0f);
                 file.put(char(std::lround(255 * std::pow(v, 1 / 2.2f))));
             }
+}
+
+constexpr double defaultOpacity = 5;
+
+/// What of the rain is drawn: all strokes over a threshold, or what `virga rain` draws by itself.
+particles::Visibility visibilityOf(const Case& c)
+{
+    if (c.strokes > 0) return {.near_m = 0.5, .far_m = 500, .threshold = 0.002};
+    return {.near_m = 0.8, .far_m = 200, .threshold = 0.02 / defaultOpacity, .thin = 0.08 / defaultOpacity};
 }
 
 double cpuSeconds()
@@ -90,19 +99,23 @@ void describeEverything(shared::FrameConstants& constants, const Case& c)
     constants.splashTime = {7, 12, 0, 0};
     constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};
     constants.lights.x = 1;
-    constants.medium.x = 0.005f;
+    constants.medium.x = 0.005f;  // the veil is of thinned strokes, which there are none of
     constants.lut = {0.02f, 1, 33, 0};
 }
 
 shared::FrameConstants constantsOf(const Case& c, const particles::Exposure& exposure,
                                    const particles::Visibility& visibility)
 {
+    const bool isDefault = c.strokes == 0;
     shared::FrameConstants constants{};
     constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
     const float focal = float(exposure.projection.focal_px);
     constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
-    constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1.0f};
+    constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold),
+                       isDefault ? float(defaultOpacity) : 1.0f};
     constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
+    constants.medium = {0, float(visibility.thin), 0.05f, 0.04f};
+    if (isDefault) constants.grade = {0.2f, 0.3f, 0, 50};
     constants.picture = {c.width, c.height, 0, 0};
     if (c.everything) describeEverything(constants, c);
     return constants;
@@ -153,17 +166,21 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     particles::Exposure exposure;
     exposure.duration_s = c.exposure_s;
     exposure.projection = camera::projectionFromHorizontalFov(c.width, c.height, 60 * 3.14159265 / 180);
-    const particles::Visibility visibility{.near_m = 0.5, .far_m = 500, .threshold = 0.002};
+    particles::Visibility visibility = visibilityOf(c);
 
     const particles::RainField plain(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1);
-    const double scale = c.strokes / plain.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
-    const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1, scale,
-                                     particles::RainField::dropsPerCellFor(c.strokes));
+    visibility.thin = plain.thinnableTo(exposure.projection.focal_px, exposure.duration_s, visibility);
+    const double expected = plain.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
+    const particles::RainField field =
+        c.strokes > 0 ? particles::RainField(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1,
+                                             c.strokes / expected, particles::RainField::dropsPerCellFor(c.strokes))
+                      : plain;
 
     passes::Features features;
     features.rain = true;
     features.software = context.device().isSoftware;
     features.fog = features.depth = c.light;
+    if (c.strokes == 0) features.fog = features.darken = features.veil = true;
     if (c.everything)
         features.splashes = features.blur = features.darken = features.colorTransfer = features.boost =
             features.lights = features.layers = features.nearest = features.cameraMotion = true;
@@ -186,7 +203,7 @@ void run(const Case& c, const gl::Context& context, const Options& options)
         depth = groundDepth(c.width, c.height, float(exposure.projection.focal_px)), white(64, 32, 3, 0.9f);
     targets.uploadPlate(plate);
     if (c.light) targets.uploadDepth(depth);
-    if (c.light) targets.uploadFogTable(std::vector<float>(256, 0.05f));
+    if (features.fog) targets.uploadFogTable(std::vector<float>(256, 0.05f));
     targets.uploadDropRadiance(white, white);
 
     gl::PassTimer timer;
@@ -260,6 +277,7 @@ try {
     run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, context, options);
     run({"80k.720x480.1/200s.everything", 720, 480, 80e3, 1 / 200.0, true, true}, context, options);
     run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, context, options);
+    run({"25mm_h.1920x1080.1/200s", 1920, 1080, 0, 1 / 200.0, false}, context, options);
     if (!context.device().isSoftware || !options.only.empty())
         run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, context, options);
     return 0;

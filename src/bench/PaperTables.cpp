@@ -16,6 +16,7 @@
 #include "particles/RainField.h"
 #include "rainfall/TerminalSpeed.h"
 #include "shot/AtlasFile.h"
+#include "shot/LampReach.h"
 #include "shot/PictureRenderer.h"
 
 namespace virga::bench {

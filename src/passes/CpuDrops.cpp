@@ -5,6 +5,7 @@
 
 #include "core/Lanes.h"
 #include "passes/CpuLamps.h"
+#include "passes/CpuSmallStrokes.h"
 
 namespace virga::passes::cpu {
 namespace {
@@ -135,7 +136,12 @@ void add(const Frame& frame, const shared::Stroke& stroke, StrokeList& list)
 {
     // A matte may be wider than its drop, and rows are rounded outwards.
     const float reach = 1.5f * std::max(1.0f, frame.mattes.acrossDiameters) * stroke.body.x + stroke.look.w + 2;
-    list.add(stroke, std::min(stroke.path.y, stroke.path.w) - reach, std::max(stroke.path.y, stroke.path.w) + reach);
+    const float low = std::min(stroke.path.y, stroke.path.w) - reach,
+                high = std::max(stroke.path.y, stroke.path.w) + reach;
+    if (!frame.features.lights && !frame.features.nearest && isSmall(frame, stroke))
+        list.addSmall(stroke, low, high);
+    else
+        list.add(stroke, low, high);
 }
 
 }  // namespace

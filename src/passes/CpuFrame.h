@@ -101,26 +101,34 @@ struct BandedList {
         for (auto& band : ofBand) band.clear();
     }
     /// low, high: the rows that it may touch.
-    void add(const Item& item, float low, float high)
+    void add(const Item& item, float low, float high) { add(item, low, high, ofBand); }
+
+protected:
+    void add(const Item& item, float low, float high, std::vector<std::vector<std::uint32_t>>& bands)
     {
         const auto bandOf = [&](float row) {
-            return std::size_t(std::clamp(row / float(bandRows), 0.0f, float(ofBand.size() - 1)));
+            return std::size_t(std::clamp(row / float(bandRows), 0.0f, float(bands.size() - 1)));
         };
         const auto number = std::uint32_t(items.size());
         items.push_back(item);
-        for (std::size_t band = bandOf(low); band <= bandOf(high); ++band) ofBand[band].push_back(number);
+        for (std::size_t band = bandOf(low); band <= bandOf(high); ++band) bands[band].push_back(number);
     }
 };
 
 /// Strokes that some of the cells show.
 struct StrokeList : BandedList<shared::Stroke> {
     std::vector<glm::vec3> lamps;  ///< features.lights: their radiance in each stroke, fog in front taken off
+    std::vector<std::vector<std::uint32_t>> smallOfBand;  ///< those that splatSmallStrokes() draws
 
     void clear(int bands)
     {
         BandedList::clear(bands);
         lamps.clear();
+        smallOfBand.resize(std::size_t(bands));
+        for (auto& band : smallOfBand) band.clear();
     }
+    void addSmall(const shared::Stroke& stroke, float low, float high) { add(stroke, low, high, smallOfBand); }
+    using BandedList::add;
 };
 /// Splashes that some of the picture shows.
 using SplashList = BandedList<shared::Splash>;
@@ -129,7 +137,7 @@ using SplashList = BandedList<shared::Splash>;
 struct BandSums {
     int firstRow = 0, lastRow = 0;          ///< one past the last
     int perPixel = 1;                       ///< Frame::sumsPerPixel
-    std::vector<std::uint32_t> sums;        ///< of the rain, rows x width x perPixel
+    std::vector<std::uint32_t> sums;        ///< of the rain, rows x width x perPixel, and a few pixels beyond the last
     std::vector<std::uint32_t> splashSums;  ///< features.splashes
     std::vector<float> nearestDepth;        ///< features.nearest [m], +inf where no stroke is
     std::vector<std::uint32_t> motion;      ///< features.nearest: two halves [px]

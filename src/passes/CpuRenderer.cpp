@@ -12,6 +12,7 @@
 #include "passes/CpuComposite.h"
 #include "passes/CpuDrops.h"
 #include "passes/CpuGrade.h"
+#include "passes/CpuSmallStrokes.h"
 #include "passes/CpuSplashes.h"
 #include "passes/CpuStrokes.h"
 #include "passes/LightGrid.h"
@@ -172,12 +173,15 @@ void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> pi
     band.perPixel = frame.sumsPerPixel();
     const std::size_t pixels = std::size_t(band.lastRow - band.firstRow) * std::size_t(frame.width());
     if (f.rain) {
-        band.sums.assign(pixels * std::size_t(band.perPixel), 0);
+        band.sums.assign((pixels + smallStrokeReach) * std::size_t(band.perPixel), 0);
         if (f.nearest) {
             band.nearestDepth.assign(pixels, std::numeric_limits<float>::infinity());
             band.motion.assign(pixels, 0);
         }
-        for (const StrokeList& list : lists) splatStrokes(frame, list, std::size_t(number), band);
+        for (const StrokeList& list : lists) {
+            splatSmallStrokes(frame, list, std::size_t(number), band);
+            splatStrokes(frame, list, std::size_t(number), band);
+        }
         if (f.nearest) keepNearest(band);
         take(times.strokes);
     }

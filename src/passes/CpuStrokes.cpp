@@ -11,8 +11,6 @@
 namespace virga::passes::cpu {
 namespace {
 
-constexpr float resolvedTile = 8;  // [px], as in strokes_splat.glsl
-
 VIRGA_INLINE float acrossIntegral(float x)
 {
     x = std::clamp(x, -1.0f, 1.0f);
