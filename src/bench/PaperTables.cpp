@@ -115,7 +115,8 @@ PaperResult measure(const PaperCase& c, const TableOptions& options)
         const particles::CellList cells = field.cellsInView(exposure, visibility);
         const double cells_ms = clock.milliseconds();
         const shot::DrawnPicture drawn =
-            renderer->render(std::move(plate), constantsOf(c, exposure.projection), cells, glm::mat3(1.0f));
+            renderer->render({.pixels = std::move(plate), .rows = nullptr, .canvas = nullptr},
+                             constantsOf(c, exposure.projection), cells, glm::mat3(1.0f));
         result.drawn = drawn.strokes;
         if (frame < 0) continue;  // compiles and warms up
         times["frame"].push_back(clock.milliseconds());

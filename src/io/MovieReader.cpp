@@ -18,6 +18,7 @@ extern "C" {
 #include "io/FrameSource.h"
 #include "io/MovieDecoder.h"
 #include "io/MovieDescription.h"
+#include "io/MovieRows.h"
 
 namespace virga::io {
 
@@ -91,8 +92,12 @@ public:
         last_.reset(av_frame_clone(decoded.get()));
         frame.content = content_;
         auto extras = std::make_shared<FrameExtras>();
-        if (pixels == Pixels::Codes && movie_.orientation.isIdentity())
+        const bool isUpright = movie_.orientation.isIdentity();
+        if (pixels == Pixels::Codes && isUpright)
             extras->codes = std::move(decoded);
+        else if (pixels == Pixels::Rows && isUpright && isPlanar(decoded->format))
+            frame.rows = std::make_shared<DecodedRows>(
+                std::move(decoded), PlanesOfLight{movie_.format, movie_.coding, toWorking_, chroma_});
         else
             frame.pixels = convert(*decoded);
         frame.extras = std::move(extras);

@@ -22,6 +22,7 @@ extern "C" {
 #include "io/MovieEncoder.h"
 #include "io/MovieMetadata.h"
 #include "io/MovieOutput.h"
+#include "io/MovieRows.h"
 #include "io/StreamCopy.h"
 #include "io/Writers.h"
 
@@ -90,6 +91,12 @@ public:
     {
         if (format_.planar.family != PlanarFormat::Family::Yuv) return {};
         return {format_.planar.chromaShiftX, format_.planar.chromaShiftY};
+    }
+
+    std::shared_ptr<RowSink> canvas() override
+    {
+        if (!isPlanar(format_.pixelFormat)) return nullptr;
+        return std::make_shared<EncoderRows>(emptyPicture(), PlanesOfLight{format_.planar, format_.coding, toCode_});
     }
 
     void write(RenderedFrame frame) override
@@ -262,7 +269,9 @@ private:
     {
         if (!lastTime_) begin(rendered.number);
         const bool isCoded = rendered.beauty.empty() && rendered.extras && rendered.extras->codes;
-        const Frame frame = isCoded ? samePicture(*rendered.extras->codes) : codedPicture(rendered);
+        const Frame frame = rendered.canvas ? static_cast<EncoderRows&>(*rendered.canvas).take()  // made by canvas()
+                            : isCoded       ? samePicture(*rendered.extras->codes)
+                                            : codedPicture(rendered);
         frame->format = format_.pixelFormat;  // the same samples may have another name: yuvj420p
         frame->color_range = encoder_->color_range;
         frame->color_primaries = encoder_->color_primaries;

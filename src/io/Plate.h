@@ -17,6 +17,7 @@
 #include "core/Error.h"
 #include "core/FrameRange.h"
 #include "core/Image.h"
+#include "core/PictureRows.h"
 
 namespace virga::io {
 
@@ -88,6 +89,7 @@ struct PlateFrame {
     FrameNumber number = 0;
     double time_s = 0;  ///< presentation time from the start of the plate (number / fps for sequences) [s]
     ImageF pixels;      ///< RGBA
+    std::shared_ptr<const RowSource> rows{};  ///< Pixels::Rows: makes what `pixels` would hold; else null
     std::shared_ptr<const FrameExtras> extras;
     std::string repaired;  ///< empty, or a sentence: "held from frame 12: ..."
     /// Frames of one reader that have the same one have the same pixels: stills, frames held in a movie. 0: not known.
@@ -97,6 +99,8 @@ struct PlateFrame {
 /// As what the pixels of a frame are asked for.
 enum class Pixels {
     Light,  ///< as PlateFrame says
+    Rows,   ///< as light, but made when they are asked for, out of the codes: PlateFrame::rows, and no `pixels`. Frames
+            ///< that have no codes in planes (images, turned movies, packed pixels) come as light all the same
     Codes,  ///< as the file has them, for PlateWriter::takesCodes alone: the image is empty, the codes are in `extras`.
             ///< Frames that have no such codes (images, movies that are turned to be shown) come as light all the same
 };
@@ -161,11 +165,13 @@ struct Layer {
 
 struct RenderedFrame {
     FrameNumber number = 0;
-    ImageF beauty;  ///< RGBA; empty if it is the plate frame in Pixels::Codes
+    ImageF beauty;  ///< RGBA; empty if it is the plate frame in Pixels::Codes, or on `canvas`
     std::vector<Layer> layers;
     std::shared_ptr<const FrameExtras> extras;  ///< of the plate frame
-    ImageF around{};  ///< of withOverscan's frame; what is not the frame in it goes into the overscan. Empty: that stays
-    bool isPlate = false;                       ///< beauty is the plate's pixels, not one of them touched
+    ImageF
+        around{};  ///< of withOverscan's frame; what is not the frame in it goes into the overscan. Empty: that stays
+    bool isPlate = false;               ///< beauty is the plate's pixels, not one of them touched
+    std::shared_ptr<RowSink> canvas{};  ///< of PlateWriter::canvas, filled, in the place of `beauty`; or null
 };
 
 /// Writes frames in the order given, encoding on its own thread. Everything is made under a temporary name in the
@@ -180,6 +186,9 @@ public:
     /// Whether the plate's codes can be encoded as they are, which gives what their light would, sooner.
     virtual bool takesCodes() const { return false; }
     virtual SharedChroma sharedChroma() const { return {}; }
+    /// A picture to be filled and handed to write(), in which light becomes the file's codes at once; null where the
+    /// writer takes light alone. Any number may be out.
+    virtual std::shared_ptr<RowSink> canvas() { return nullptr; }
     /// May block while earlier frames are being encoded. Throws Error(Output) for this or an earlier frame.
     virtual void write(RenderedFrame frame) = 0;
     /// Closes the file so that it plays, copies sound, renames. Also the right call after Ctrl-C. Without any frame

@@ -1,10 +1,12 @@
 #include "io/Yuv.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <vector>
 
 #include "core/Parallel.h"
+#include "core/PictureRows.h"
 #include "core/Simd.h"
 
 namespace virga::io {
@@ -240,6 +242,14 @@ constexpr int rowsPerPiece = 16;  // a multiple of every chroma height, and enou
 void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
                     const ColorTransform& toLinear, ImageView<float> rgba, const ChromaFilter& filter)
 {
+    parallelFor(0, picture.height, rowsPerPiece, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        planarRowsToLinear(format, coding, picture, toLinear, int(first), rowsOf(rgba, int(first), int(last)), filter);
+    });
+}
+
+void planarRowsToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
+                        const ColorTransform& toLinear, int firstRow, ImageView<float> rgba, const ChromaFilter& filter)
+{
     const int width = picture.width, bytes = format.bytesPerSample();
     const Quantizer lumaQ = Quantizer::of(format.bits, coding.fullRange, false);
     const Quantizer chromaQ = Quantizer::of(format.bits, coding.fullRange, true);
@@ -252,58 +262,68 @@ void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const C
     const bool smoothY = filter.y.isInterpolated && format.chromaShiftY > 0;
     const bool transform = !toLinear.isIdentity();
 
-    parallelFor(0, picture.height, rowsPerPiece, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        Rows rows(width, 6);
-        float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = rows[3], *chroma = rows[4], *below = rows[5];
-        for (std::ptrdiff_t y = first; y < last; ++y) {
-            const auto row = [&](int plane, std::ptrdiff_t line) {
-                return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
-            };
-            const auto loadChroma = [&](int plane, float* values) {
-                if (smoothY) {
-                    const Between at = between(y, format.chromaShiftY, filter.y.site);
-                    const auto held = [&](std::ptrdiff_t r) {
-                        return std::clamp<std::ptrdiff_t>(r, 0, chromaHeight - 1);
-                    };
-                    loadRow(row(plane, held(at.sample)), bytes, chromaWidth, chromaQ, chroma);
-                    loadRow(row(plane, held(at.sample + 1)), bytes, chromaWidth, chromaQ, below);
-                    blend(below, at.next, chromaWidth, chroma);
-                } else {
-                    loadRow(row(plane, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
-                }
-                if (smoothX)
-                    interpolateChroma(chroma, chromaWidth, format.chromaShiftX, filter.x.site, width, values);
-                else
-                    repeatChroma(chroma, format.chromaShiftX, width, values);
-            };
-            if (isYuv) {
-                loadRow(row(0, y), bytes, width, lumaQ, red);
-                loadChroma(1, blue);
-                loadChroma(2, green);
-                if (coding.isYCgCo)
-                    rgbFromYCgCo(width, red, green, blue);
-                else
-                    rgbFromYuv(matrix, width, red, green, blue);
-            } else if (isGrey) {
-                loadRow(row(0, y), bytes, width, lumaQ, red);
-                std::copy_n(red, width, green);
-                std::copy_n(red, width, blue);
+    Rows rows(width, 6);
+    float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = rows[3], *chroma = rows[4], *below = rows[5];
+    for (int k = 0; k < rgba.height(); ++k) {
+        const std::ptrdiff_t y = firstRow + k;
+        const auto row = [&](int plane, std::ptrdiff_t line) {
+            return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
+        };
+        const auto loadChroma = [&](int plane, float* values) {
+            if (smoothY) {
+                const Between at = between(y, format.chromaShiftY, filter.y.site);
+                const auto held = [&](std::ptrdiff_t r) { return std::clamp<std::ptrdiff_t>(r, 0, chromaHeight - 1); };
+                loadRow(row(plane, held(at.sample)), bytes, chromaWidth, chromaQ, chroma);
+                loadRow(row(plane, held(at.sample + 1)), bytes, chromaWidth, chromaQ, below);
+                blend(below, at.next, chromaWidth, chroma);
             } else {
-                loadRow(row(0, y), bytes, width, lumaQ, green);
-                loadRow(row(1, y), bytes, width, lumaQ, blue);
-                loadRow(row(2, y), bytes, width, lumaQ, red);
+                loadRow(row(plane, y >> format.chromaShiftY), bytes, chromaWidth, chromaQ, chroma);
             }
-            if (transform) toLinear.apply(red, green, blue, std::size_t(width));
-            if (format.hasAlpha) loadRow(row(format.planes() - 1, y), bytes, width, alphaQ, alpha);
-            interleave(red, green, blue, format.hasAlpha ? alpha : nullptr, width, rgba.row(int(y)));
+            if (smoothX)
+                interpolateChroma(chroma, chromaWidth, format.chromaShiftX, filter.x.site, width, values);
+            else
+                repeatChroma(chroma, format.chromaShiftX, width, values);
+        };
+        if (isYuv) {
+            loadRow(row(0, y), bytes, width, lumaQ, red);
+            loadChroma(1, blue);
+            loadChroma(2, green);
+            if (coding.isYCgCo)
+                rgbFromYCgCo(width, red, green, blue);
+            else
+                rgbFromYuv(matrix, width, red, green, blue);
+        } else if (isGrey) {
+            loadRow(row(0, y), bytes, width, lumaQ, red);
+            std::copy_n(red, width, green);
+            std::copy_n(red, width, blue);
+        } else {
+            loadRow(row(0, y), bytes, width, lumaQ, green);
+            loadRow(row(1, y), bytes, width, lumaQ, blue);
+            loadRow(row(2, y), bytes, width, lumaQ, red);
         }
-    });
+        if (transform) toLinear.apply(red, green, blue, std::size_t(width));
+        if (format.hasAlpha) loadRow(row(format.planes() - 1, y), bytes, width, alphaQ, alpha);
+        interleave(red, green, blue, format.hasAlpha ? alpha : nullptr, width, rgba.row(k));
+    }
 }
 
 void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
                     const ColorTransform& toCode, const PlanarPicture& picture)
 {
-    const int width = picture.width, bytes = format.bytesPerSample();
+    // Whole chroma rows to a thread.
+    const int blockRows = 1 << format.chromaShiftY;
+    parallelFor(0, samplesFor(picture.height, format.chromaShiftY), rowsPerPiece / blockRows,
+                [&](std::ptrdiff_t firstBlock, std::ptrdiff_t lastBlock) {
+                    const int first = int(firstBlock) * blockRows;
+                    const int last = std::min(int(lastBlock) * blockRows, picture.height);
+                    linearRowsToPlanar(format, coding, rowsOf(rgba, first, last), toCode, first, picture);
+                });
+}
+
+void linearRowsToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
+                        const ColorTransform& toCode, int firstRow, const PlanarPicture& picture)
+{
+    const int width = picture.width, bytes = format.bytesPerSample(), lastRow = firstRow + rgba.height();
     const Quantizer lumaQ = Quantizer::of(format.bits, coding.fullRange, false);
     const Quantizer chromaQ = Quantizer::of(format.bits, coding.fullRange, true);
     const Quantizer alphaQ = Quantizer::of(format.bits, true, false);
@@ -312,52 +332,47 @@ void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstIm
     const int chromaWidth = samplesFor(width, format.chromaShiftX);
     const int blockRows = 1 << format.chromaShiftY, blockColumns = 1 << format.chromaShiftX;
     const bool transform = !toCode.isIdentity();
+    assert(firstRow % blockRows == 0 && (lastRow % blockRows == 0 || lastRow == picture.height));
 
-    // Whole chroma rows to a thread: a piece is so many blocks of rows that share their chroma.
-    parallelFor(0, samplesFor(picture.height, format.chromaShiftY), rowsPerPiece / blockRows,
-                [&](std::ptrdiff_t firstBlock, std::ptrdiff_t lastBlock) {
-                    Rows rows(width, 6);
-                    float *red = rows[0], *green = rows[1], *blue = rows[2],
-                          *alpha = format.hasAlpha ? rows[3] : nullptr;
-                    float *cbSums = rows[4], *crSums = rows[5];
-                    const auto row = [&](int plane, std::ptrdiff_t line) {
-                        return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
-                    };
-                    for (std::ptrdiff_t block = firstBlock; block < lastBlock; ++block) {
-                        const std::ptrdiff_t top = block * blockRows;
-                        const std::ptrdiff_t bottom = std::min<std::ptrdiff_t>(top + blockRows, picture.height);
-                        std::fill_n(cbSums, chromaWidth, 0.0f);
-                        std::fill_n(crSums, chromaWidth, 0.0f);
-                        for (std::ptrdiff_t y = top; y < bottom; ++y) {
-                            deinterleave(rgba.row(int(y)), width, red, green, blue, alpha);
-                            if (transform) toCode.apply(red, green, blue, std::size_t(width));
-                            if (alpha != nullptr) storeRow(alpha, width, alphaQ, bytes, row(format.planes() - 1, y));
-                            if (format.family == PlanarFormat::Family::Rgb) {
-                                storeRow(green, width, lumaQ, bytes, row(0, y));
-                                storeRow(blue, width, lumaQ, bytes, row(1, y));
-                                storeRow(red, width, lumaQ, bytes, row(2, y));
-                                continue;
-                            }
-                            if (coding.isYCgCo)
-                                yCgCoFromRgb(width, red, green, blue);
-                            else
-                                yuvFromRgb(matrix, width, red, green, blue);
-                            storeRow(red, width, lumaQ, bytes, row(0, y));
-                            if (isGrey) continue;
-                            addChroma(blue, format.chromaShiftX, width, cbSums);
-                            addChroma(green, format.chromaShiftX, width, crSums);
-                        }
-                        if (!isYuv) continue;
-                        for (int c = 0; c < chromaWidth; ++c) {
-                            const int columns = std::min(blockColumns, width - (c << format.chromaShiftX));
-                            const float share = 1.0f / float(columns * int(bottom - top));
-                            cbSums[c] *= share;
-                            crSums[c] *= share;
-                        }
-                        storeRow(cbSums, chromaWidth, chromaQ, bytes, row(1, block));
-                        storeRow(crSums, chromaWidth, chromaQ, bytes, row(2, block));
-                    }
-                });
+    Rows rows(width, 6);
+    float *red = rows[0], *green = rows[1], *blue = rows[2], *alpha = format.hasAlpha ? rows[3] : nullptr;
+    float *cbSums = rows[4], *crSums = rows[5];
+    const auto row = [&](int plane, std::ptrdiff_t line) {
+        return picture.planes[std::size_t(plane)] + line * picture.strides[std::size_t(plane)];
+    };
+    for (int top = firstRow; top < lastRow; top += blockRows) {
+        const int bottom = std::min(top + blockRows, lastRow);
+        std::fill_n(cbSums, chromaWidth, 0.0f);
+        std::fill_n(crSums, chromaWidth, 0.0f);
+        for (int y = top; y < bottom; ++y) {
+            deinterleave(rgba.row(y - firstRow), width, red, green, blue, alpha);
+            if (transform) toCode.apply(red, green, blue, std::size_t(width));
+            if (alpha != nullptr) storeRow(alpha, width, alphaQ, bytes, row(format.planes() - 1, y));
+            if (format.family == PlanarFormat::Family::Rgb) {
+                storeRow(green, width, lumaQ, bytes, row(0, y));
+                storeRow(blue, width, lumaQ, bytes, row(1, y));
+                storeRow(red, width, lumaQ, bytes, row(2, y));
+                continue;
+            }
+            if (coding.isYCgCo)
+                yCgCoFromRgb(width, red, green, blue);
+            else
+                yuvFromRgb(matrix, width, red, green, blue);
+            storeRow(red, width, lumaQ, bytes, row(0, y));
+            if (isGrey) continue;
+            addChroma(blue, format.chromaShiftX, width, cbSums);
+            addChroma(green, format.chromaShiftX, width, crSums);
+        }
+        if (!isYuv) continue;
+        for (int c = 0; c < chromaWidth; ++c) {
+            const int columns = std::min(blockColumns, width - (c << format.chromaShiftX));
+            const float share = 1.0f / float(columns * (bottom - top));
+            cbSums[c] *= share;
+            crSums[c] *= share;
+        }
+        storeRow(cbSums, chromaWidth, chromaQ, bytes, row(1, top / blockRows));
+        storeRow(crSums, chromaWidth, chromaQ, bytes, row(2, top / blockRows));
+    }
 }
 
 }  // namespace virga::io

@@ -65,9 +65,19 @@ using ConstPlanarPicture = BasicPlanarPicture<const std::uint8_t>;
 void planarToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
                     const ColorTransform& toLinear, ImageView<float> rgba, const ChromaFilter& chroma = {});
 
+/// The rows from `firstRow` on alone, on this thread; rgba has the picture's width.
+void planarRowsToLinear(const PlanarFormat& format, const YuvCoding& coding, const ConstPlanarPicture& picture,
+                        const ColorTransform& toLinear, int firstRow, ImageView<float> rgba,
+                        const ChromaFilter& chroma = {});
+
 /// The other way: divided by alpha if the format has one (alpha 0 gives black), through `toCode`, rounded to nearest
 /// and held to what a sample can hold; NaN gives 0. Luma and chroma may pass 235 and 16: footage does.
 void linearToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
                     const ColorTransform& toCode, const PlanarPicture& picture);
+
+/// The rows from `firstRow` on alone, on this thread: whole blocks of rows that share their chroma, or to the picture's
+/// end.
+void linearRowsToPlanar(const PlanarFormat& format, const YuvCoding& coding, ConstImageViewF rgba,
+                        const ColorTransform& toCode, int firstRow, const PlanarPicture& picture);
 
 }  // namespace virga::io

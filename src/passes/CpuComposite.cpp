@@ -123,7 +123,8 @@ VIRGA_INLINE void readFog(const Frame& frame, int x, int y, int pixels, Coverage
 
 }  // namespace
 
-VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageView<float> picture, LayerImages& layers)
+VIRGA_SIMD void compositeRows(const Frame& frame, const BandSums& band, int firstRow, ImageView<float> rows,
+                              LayerImages& layers)
 {
     const shared::FrameConstants& c = frame.constants;
     const Features& f = frame.features;
@@ -138,13 +139,13 @@ VIRGA_SIMD void compositeBand(const Frame& frame, const BandSums& band, ImageVie
     std::fill_n(coverage.splash.alpha, lanes::count, 0.0f);
     const bool isFogEverywhere = f.fog && (f.depth || f.lights || coverage.fogAlpha[0] > 0);
 
-    for (int y = band.firstRow; y < band.lastRow; ++y) {
+    for (int y = firstRow; y < firstRow + rows.height(); ++y) {
         if (f.light()) interpolateRow(frame.lightGrid, (float(y) + 0.5f) / step, light);
         if (f.lowPass() && f.light()) interpolateRow(frame.lowPassGrid, (float(y) + 0.5f) / step, behind);
-        float* row = picture.row(y);
-        if (isGraded) gradeRow(frame, row, picture.width());
-        for (int x = 0; x < picture.width(); x += lanes::count) {
-            const int pixels = std::min(lanes::count, picture.width() - x);
+        float* row = rows.row(y - firstRow);
+        if (isGraded) gradeRow(frame, row, rows.width());
+        for (int x = 0; x < rows.width(); x += lanes::count) {
+            const int pixels = std::min(lanes::count, rows.width() - x);
             coverage.isAny = isFogEverywhere;
             if (f.rain && readSums(frame, band, band.sums, f.veil, x, y, pixels, coverage.rain)) coverage.isAny = true;
             if (f.splashes && readSums(frame, band, band.splashSums, false, x, y, pixels, coverage.splash))

@@ -9,9 +9,9 @@ struct LayerImages {
     ImageF rain, splash, fog, plate;
 };
 
-/// Fog, splashes and rain over the graded plate, in place, in the rows of the band. Twin of pass_composite.comp. A
-/// pixel that no effect reaches is not written.
-void compositeBand(const Frame& frame, const BandSums& band, ImageView<float> picture, LayerImages& layers);
+/// Fog, splashes and rain over the graded plate, in place, in some rows of the band: `rows` are those from `firstRow`
+/// on. Twin of pass_composite.comp. A pixel that no effect reaches is not written.
+void compositeRows(const Frame& frame, const BandSums& band, int firstRow, ImageView<float> rows, LayerImages& layers);
 
 /// Light of drops (and of the smooth background) at the nodes of the light grid. Twin of pass_light.comp.
 void fillLightGrid(Frame& frame, ConstImageViewF dropRadiance, ConstImageViewF lowPassBackground,

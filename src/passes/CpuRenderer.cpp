@@ -26,15 +26,34 @@ namespace {
 
 /// What a thread spends on its bands [ms].
 struct BandTimes {
-    double strokes = 0, splashes = 0, composite = 0;
-    double all() const { return strokes + splashes + composite; }
+    double strokes = 0, splashes = 0, composite = 0, conversion = 0;
+    double all() const { return strokes + splashes + composite + conversion; }
     void add(const BandTimes& other)
     {
         strokes += other.strokes;
         splashes += other.splashes;
         composite += other.composite;
+        conversion += other.conversion;
     }
 };
+
+/// What a thread has for its bands.
+struct BandWork {
+    BandSums sums;
+    std::vector<float> light;  // rows between codes and codes
+    BandTimes times;
+};
+
+/// Where the plate comes from and where the result goes.
+struct Surface {
+    ImageView<float> picture;  // drawn over where it lies, unless there are rows
+    const RowSource* plate = nullptr;
+    RowSink* result = nullptr;
+};
+
+/// Rows of light between codes and codes: 245 kB at 1080p, beside the sums of a band.
+constexpr int rowsAtOnce = 2 * rowsPerChroma;
+static_assert(bandRows % rowsAtOnce == 0);
 
 /// A list for each piece of [0, count): fill(first, last, list). Returns how many things are in all of them.
 template <class List, class Fill>
@@ -64,12 +83,22 @@ struct CpuRenderer::Impl {
     LayerImages layers;
     ImageF nearestDepth, nearestMotion;
 
+    template <class Work>
+    void timed(const char* name, const Work& work)
+    {
+        const Timer timer;
+        work();
+        passMs[name] += timer.milliseconds();
+    }
     int bands() const { return (frame.height() + bandRows - 1) / bandRows; }
     void makeLayers();
     void emit(const particles::CellList& cells);
     void emitAllSplashes();
-    void drawBands(ImageView<float> picture);
-    void drawBand(int number, BandSums& band, ImageView<float> picture, BandTimes& times);
+    void begin(const shared::FrameConstants& constants, const particles::CellList& cells,
+               const glm::mat3& environmentFromWorld);
+    void drawBands(const Surface& surface);
+    void drawBand(int number, const Surface& surface, BandWork& work);
+    void compositeCodes(const Surface& surface, BandWork& work);
     void keepNearest(const BandSums& band);
 };
 
@@ -142,26 +171,28 @@ void CpuRenderer::Impl::emitAllSplashes()
 
 /// Strokes, splashes and composite run in turn within each band. The whole's time is shared among them as the threads'
 /// own times are.
-void CpuRenderer::Impl::drawBands(ImageView<float> picture)
+void CpuRenderer::Impl::drawBands(const Surface& surface)
 {
     const Timer timer;
     std::mutex mutex;
     BandTimes all;
     parallelFor(0, bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        BandSums band;
-        BandTimes times;
-        for (auto number = int(first); number < int(last); ++number) drawBand(number, band, picture, times);
+        BandWork work;
+        for (auto number = int(first); number < int(last); ++number) drawBand(number, surface, work);
         const std::lock_guard lock(mutex);
-        all.add(times);
+        all.add(work.times);
     });
     const double share = timer.milliseconds() / std::max(all.all(), 1e-6);
     if (frame.features.rain) passMs["strokes"] += share * all.strokes;
     if (frame.features.splashes) passMs["splashes"] += share * all.splashes;
     passMs["composite"] += share * all.composite;
+    if (surface.plate != nullptr) passMs["conversion"] += share * all.conversion;
 }
 
-void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> picture, BandTimes& times)
+void CpuRenderer::Impl::drawBand(int number, const Surface& surface, BandWork& work)
 {
+    BandSums& band = work.sums;
+    BandTimes& times = work.times;
     Timer timer;
     const auto take = [&](double& time) {
         time += timer.milliseconds();
@@ -190,8 +221,33 @@ void CpuRenderer::Impl::drawBand(int number, BandSums& band, ImageView<float> pi
         for (const SplashList& list : splashLists) splatSplashes(frame, list, std::size_t(number), band);
         take(times.splashes);
     }
-    compositeBand(frame, band, picture, layers);
-    take(times.composite);
+    if (surface.plate != nullptr) {
+        compositeCodes(surface, work);
+    } else {
+        compositeRows(frame, band, band.firstRow, rowsOf(surface.picture, band.firstRow, band.lastRow), layers);
+        take(times.composite);
+    }
+}
+
+void CpuRenderer::Impl::compositeCodes(const Surface& surface, BandWork& work)
+{
+    const BandSums& band = work.sums;
+    BandTimes& times = work.times;
+    work.light.resize(std::size_t(rowsAtOnce) * std::size_t(frame.width()) * 4);
+    Timer timer;
+    const auto take = [&](double& time) {
+        time += timer.milliseconds();
+        timer.restart();
+    };
+    for (int first = band.firstRow; first < band.lastRow; first += rowsAtOnce) {
+        const ImageView<float> rows(work.light.data(), frame.width(), std::min(rowsAtOnce, band.lastRow - first), 4);
+        surface.plate->read(first, rows);
+        take(times.conversion);
+        compositeRows(frame, band, first, rows, layers);
+        take(times.composite);
+        surface.result->write(first, rows);
+        take(times.conversion);
+    }
 }
 
 void CpuRenderer::Impl::keepNearest(const BandSums& band)
@@ -205,36 +261,49 @@ void CpuRenderer::Impl::keepNearest(const BandSums& band)
     }
 }
 
+/// Everything before the bands.
+void CpuRenderer::Impl::begin(const shared::FrameConstants& constants, const particles::CellList& cells,
+                              const glm::mat3& environmentFromWorld)
+{
+    frame.constants = constants;
+    const Features& f = frame.features;
+    passMs.clear();
+    makeLayers();
+    if (f.light()) {
+        frame.constants.lights.y = std::uint32_t(lightGridStep(radiance.width(), constants.lens.x));
+        timed("light", [&] { fillLightGrid(frame, radiance, lowPass, environmentFromWorld); });
+    }
+    strokes = 0;
+    if (f.rain) timed("drops", [&] { emit(cells); });
+    if (f.splashes) timed("splashes", [&] { emitAllSplashes(); });
+}
+
 void CpuRenderer::render(ImageView<float> picture, const shared::FrameConstants& constants,
                          const particles::CellList& cells, const glm::mat3& environmentFromWorld)
 {
     Impl& m = *impl_;
     assert(picture.width() == int(constants.picture.x) && picture.height() == int(constants.picture.y));
-    m.frame.constants = constants;
+    m.begin(constants, cells, environmentFromWorld);
     const Features& f = m.frame.features;
-    const auto timed = [&](const char* name, auto&& work) {
-        const Timer timer;
-        work();
-        m.passMs[name] += timer.milliseconds();
-    };
-    m.passMs.clear();
-    m.makeLayers();
-    if (f.light()) {
-        m.frame.constants.lights.y = std::uint32_t(lightGridStep(m.radiance.width(), constants.lens.x));
-        timed("light", [&] { fillLightGrid(m.frame, m.radiance, m.lowPass, environmentFromWorld); });
-    }
-    m.strokes = 0;
-    if (f.rain) timed("drops", [&] { m.emit(cells); });
-    if (f.splashes) timed("splashes", [&] { m.emitAllSplashes(); });
     if (f.blur)
-        timed("blur", [&] {
+        m.timed("blur", [&] {
             if (f.darken || f.colorTransfer)
                 parallelFor(0, picture.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
                     for (auto y = int(first); y < int(last); ++y) gradeRow(m.frame, picture.row(y), picture.width());
                 });
             blurPicture(m.frame, picture);
         });
-    m.drawBands(picture);
+    m.drawBands({.picture = picture});
+}
+
+void CpuRenderer::render(const RowSource& plate, RowSink& result, const shared::FrameConstants& constants,
+                         const particles::CellList& cells, const glm::mat3& environmentFromWorld)
+{
+    Impl& m = *impl_;
+    assert(plate.width() == int(constants.picture.x) && plate.height() == int(constants.picture.y));
+    assert(!m.frame.features.blur);
+    m.begin(constants, cells, environmentFromWorld);
+    m.drawBands({.picture = {}, .plate = &plate, .result = &result});
 }
 
 std::size_t CpuRenderer::strokeCount() const { return impl_->strokes; }

@@ -1,7 +1,8 @@
 // The passes of a frame on the processor, without OpenGL: what a farm node or a laptop without a GPU draws with. The
 // same drops and the same formulas as the shaders, eight numbers at a time, and the work of one band of rows, from its
-// strokes to the blend, by one thread while its sums are in the cache. The plate is drawn over where it lies, so there
-// is nothing to upload and nothing to read back, and a pixel that no effect reaches is not written.
+// strokes to the blend, by one thread while its sums are in the cache. A plate that is light is drawn over where it
+// lies, and a pixel that no effect reaches is not written; one that is still codes becomes light, is drawn over and
+// becomes codes again within the cache, so that light never goes through memory.
 //
 // Within 1e-5 of the GL passes' picture and layers (tests/passes/cpu_test.cpp): both round as float does, not alike.
 #pragma once
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "core/Image.h"
+#include "core/PictureRows.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
 #include "passes/Features.h"
@@ -39,6 +41,10 @@ public:
     /// Draws over `picture`, width x height x 4. environmentFromWorld: see LightPass.
     void render(ImageView<float> picture, const shared::FrameConstants& constants, const particles::CellList& cells,
                 const glm::mat3& environmentFromWorld = glm::mat3(1.0f));
+
+    /// The same from rows of the plate to rows of the result. Not with features.blur, which wants all of the plate.
+    void render(const RowSource& plate, RowSink& result, const shared::FrameConstants& constants,
+                const particles::CellList& cells, const glm::mat3& environmentFromWorld = glm::mat3(1.0f));
 
     // Of the last frame.
     std::size_t strokeCount() const, splashCount() const;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -43,6 +44,7 @@ struct Compositor::Impl : ShotScene {
     CompositorStatistics statistics;
 
     std::unique_ptr<PictureRenderer> renderer;
+    std::atomic<std::size_t> repairedInRows = 0;
     std::shared_ptr<const depth::Depth> usedDepth;
     double tablesFocal = -1;  // focal length that the tables in use were made for [px]
     std::vector<float> fogTable, veilTable;
@@ -67,6 +69,8 @@ struct Compositor::Impl : ShotScene {
         return {wide.pixel(shot.marginX, shot.marginY), shot.width, shot.height, wide.channels(),
                 std::ptrdiff_t(wide.width()) * wide.channels()};
     }
+    void repair(io::PlateFrame& plate);
+    ImageF sampledPlate(const io::PlateFrame& plate) const;
     void openRenderer(const CompositorOptions& options);
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
 };
@@ -209,6 +213,21 @@ void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& ex
     usedDepth = now;
 }
 
+void Compositor::Impl::repair(io::PlateFrame& plate)
+{
+    if (plate.rows)
+        plate.rows = std::make_shared<RepairedRows>(std::move(plate.rows), repairedInRows);
+    else
+        statistics.repairedPixels += repairPixels(plate.pixels);
+}
+
+/// The frame's plate, thinned out for the light.
+ImageF Compositor::Impl::sampledPlate(const io::PlateFrame& plate) const
+{
+    if (plate.rows) return sampledForLight(*plate.rows);
+    return sampledForLight(ImageRows(frameIn(plate.pixels)));
+}
+
 void Compositor::Impl::openRenderer(const CompositorOptions& options)
 {
     const matte::StrokeAtlas atlas = !plan.features.rain       ? matte::StrokeAtlas{}
@@ -232,6 +251,13 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
 
 Compositor::~Compositor() = default;
 const FramePlan& Compositor::plan() const { return impl_->plan; }
+
+/// Depth images may have to be fitted to the whole plate.
+bool Compositor::takesRows() const
+{
+    return impl_->renderer && impl_->renderer->takesRows() && impl_->settings.depth.empty();
+}
+
 const CompositorStatistics& Compositor::statistics() const { return impl_->statistics; }
 
 std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
@@ -253,7 +279,7 @@ std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
     return layers;
 }
 
-io::RenderedFrame Compositor::render(io::PlateFrame plate)
+io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas)
 {
     Impl& m = *impl_;
     CompositorStatistics& statistics = m.statistics;
@@ -279,7 +305,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     const std::uint64_t before = std::exchange(m.lastContent, 0);
     const bool isSamePlate = m.plan.skips.unchanged && plate.content != 0 && plate.content == before;
     timed("inputs", [&] {
-        statistics.repairedPixels += repairPixels(plate.pixels);
+        m.repair(plate);
         if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels), isSamePlate);
         m.setTables(exposure);
         if (features.lights) m.setLamps(exposure);
@@ -288,8 +314,9 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
     if (features.rain) timed("cells", [&] { cells = m.cellsIn(exposure); });
     if (m.light)
         timed("environment", [&] {
-            const environment::PlateView view = m.viewOf(m.frameIn(plate.pixels), plate.number);
-            if (m.light->update(plate.number, view, isSamePlate))
+            const ImageF sampled = m.light->needsPlate() ? m.sampledPlate(plate) : ImageF();
+            m.repairedInRows = 0;  // they will be read again
+            if (m.light->update(plate.number, m.viewOf(sampled, plate.number), isSamePlate))
                 m.renderer->setDropRadiance(m.light->radiance(), m.light->lowPassBackground());
             statistics.lightOrder = m.light->order();
             statistics.lightRemainder = m.light->remainder();
@@ -297,8 +324,10 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate)
         });
     if (isSamePlate) m.renderer->keepPlate();
     const glm::mat3 environmentFromWorld(m.light ? m.light->environmentFromWorld() : glm::dmat3(1.0));
-    DrawnPicture drawn =
-        m.renderer->render(std::move(plate.pixels), m.constantsFor(exposure), cells, environmentFromWorld);
+    out.canvas = canvas;
+    DrawnPicture drawn = m.renderer->render({std::move(plate.pixels), std::move(plate.rows), std::move(canvas)},
+                                            m.constantsFor(exposure), cells, environmentFromWorld);
+    statistics.repairedPixels += m.repairedInRows.exchange(0);
     for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
     statistics.strokes += drawn.strokes;
     statistics.splashes += drawn.splashes;

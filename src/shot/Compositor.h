@@ -27,7 +27,9 @@ public:
     ~Compositor() override;
 
     const FramePlan& plan() const override;
-    io::RenderedFrame render(io::PlateFrame plate) override;
+    using FrameRenderer::render;
+    io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) override;
+    bool takesRows() const override;
     const CompositorStatistics& statistics() const override;
 
 private:

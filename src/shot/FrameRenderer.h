@@ -2,7 +2,9 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "depth/DepthImage.h"
 #include "io/Plate.h"
@@ -35,8 +37,12 @@ public:
     virtual ~FrameRenderer() = default;
 
     virtual const FramePlan& plan() const = 0;
-    /// Renders over `plate.pixels`, which are of the shot's size.
-    virtual io::RenderedFrame render(io::PlateFrame plate) = 0;
+    /// Renders over the plate's pixels or rows, which are of the shot's size. canvas: of PlateWriter::canvas, or null,
+    /// as it must be without takesRows().
+    virtual io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) = 0;
+    io::RenderedFrame render(io::PlateFrame plate) { return render(std::move(plate), nullptr); }
+    /// Whether it takes plates as Pixels::Rows, and canvases.
+    virtual bool takesRows() const { return false; }
     virtual const CompositorStatistics& statistics() const = 0;
 };
 

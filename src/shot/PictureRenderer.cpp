@@ -46,7 +46,7 @@ public:
         targets_->uploadDropRadiance(radiance, lowPassBackground);
     }
 
-    DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
+    DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
                         const glm::mat3& environmentFromWorld) override
     {
         DrawnPicture drawn;
@@ -56,7 +56,7 @@ public:
             drawn.passMs[name] += timer.milliseconds();
         };
         timed("upload", [&] {
-            if (!std::exchange(keepsPlate_, false)) targets_->uploadPlate(plate);
+            if (!std::exchange(keepsPlate_, false)) targets_->uploadPlate(plate.pixels);
             shared::FrameConstants described = constants;
             if (strokes_) strokes_->describe(described, cells);
             targets_->setConstants(described);
@@ -110,7 +110,8 @@ private:
 
 class CpuPicture final : public PictureRenderer {
 public:
-    explicit CpuPicture(const PictureSetup& setup) : renderer_(setup.width, setup.height, setup.features, setup.atlas)
+    explicit CpuPicture(const PictureSetup& setup)
+        : renderer_(setup.width, setup.height, setup.features, setup.atlas), hasBlur_(setup.features.blur)
     {
         if (setup.features.lights) renderer_.setRingTransfer(setup.ringTransfer);
         if (setup.features.colorTransfer) renderer_.setLut(setup.lut.rgb);
@@ -118,6 +119,7 @@ public:
 
     std::string device() const override { return "processor, without OpenGL"; }
     void keepPlate() override {}  // it draws over the plate
+    bool takesRows() const override { return !hasBlur_; }
     void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { renderer_.setFogTable(opticalDepth); }
     void setVeilTable(const std::vector<float>& sums) override { renderer_.setVeilTable(sums); }
@@ -127,12 +129,19 @@ public:
         renderer_.setDropRadiance(radiance, lowPassBackground);
     }
 
-    DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
+    DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
                         const glm::mat3& environmentFromWorld) override
     {
         DrawnPicture drawn;
-        drawn.beauty = std::move(plate);
-        renderer_.render(drawn.beauty.view(), constants, cells, environmentFromWorld);
+        if (plate.rows) {
+            renderer_.render(*plate.rows, *plate.canvas, constants, cells, environmentFromWorld);
+        } else {
+            renderer_.render(plate.pixels.view(), constants, cells, environmentFromWorld);
+            if (plate.canvas)
+                writePicture(plate.pixels, *plate.canvas);
+            else
+                drawn.beauty = std::move(plate.pixels);
+        }
         drawn.rain = renderer_.takeRain();
         drawn.splash = renderer_.takeSplash();
         drawn.fog = renderer_.takeFog();
@@ -147,6 +156,7 @@ public:
 
 private:
     passes::CpuRenderer renderer_;
+    bool hasBlur_;
 };
 
 /// Null if there is none.

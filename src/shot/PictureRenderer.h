@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/Image.h"
+#include "core/PictureRows.h"
 #include "grade/ColorTransfer.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
@@ -27,6 +28,14 @@ struct PictureSetup {
     std::string shaderFolder;                ///< see gl::loadShader; with one the shaders draw
 };
 
+/// What is drawn over, finite RGBA: an image, or rows that are made when they are asked for. Where the result goes:
+/// onto `canvas`, as it must with rows, or into DrawnPicture::beauty.
+struct PlateInput {
+    ImageF pixels;
+    std::shared_ptr<const RowSource> rows;
+    std::shared_ptr<RowSink> canvas;
+};
+
 /// A finished picture and what its features name beside it; the others are empty.
 struct DrawnPicture {
     ImageF beauty;
@@ -44,15 +53,18 @@ public:
     virtual std::string device() const = 0;
 
     virtual void keepPlate() = 0;                       ///< the next frame's plate has the pixels of the last one's
+    /// Whether PlateInput may have rows, and a canvas.
+    virtual bool takesRows() const { return false; }
+
     virtual void setDepth(ConstImageViewF metres) = 0;  ///< must live until the next is set
     virtual void setFogTable(const std::vector<float>& opticalDepth) = 0;
     virtual void setVeilTable(const std::vector<float>& sums) = 0;
     virtual void setLamps(std::span<const shared::PointLight> lamps) = 0;
     virtual void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) = 0;
 
-    /// `plate`: finite, RGBA. environmentFromWorld: see passes::LightPass.
-    virtual DrawnPicture render(ImageF plate, const shared::FrameConstants& constants, const particles::CellList& cells,
-                                const glm::mat3& environmentFromWorld) = 0;
+    /// environmentFromWorld: see passes::LightPass.
+    virtual DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants,
+                                const particles::CellList& cells, const glm::mat3& environmentFromWorld) = 0;
 };
 
 /// device "auto": a GPU if there is one, else the processor. "cpu": the processor. "gpu" and numbers: that device, by

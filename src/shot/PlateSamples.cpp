@@ -36,6 +36,26 @@ ImageF averagedDown(ConstImageViewF image, int columns)
     return result;
 }
 
+}  // namespace
+
+ImageF sampledForLight(const RowSource& plate)
+{
+    const int step = (plate.width() + lightColumns - 1) / lightColumns;
+    const int width = (plate.width() + step - 1) / step, height = (plate.height() + step - 1) / step;
+    ImageF result(width, height, 4);
+    parallelFor(0, height, 16, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        ImageF row(plate.width(), 1, 4);
+        for (int y = int(first); y < int(last); ++y) {
+            plate.read(std::min(y * step + step / 2, plate.height() - 1), row);
+            const ImageF mean = averagedDown(row, width);
+            std::copy_n(mean.row(0), 4 * std::size_t(width), result.row(y));
+        }
+    });
+    return result;
+}
+
+namespace {
+
 std::vector<float> luminance(const ImageF& image)
 {
     std::vector<float> result;

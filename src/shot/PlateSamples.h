@@ -20,6 +20,10 @@ struct PlateSamples {
     std::vector<ImageF> forGrade;  ///< first, middle and last, whole
 };
 
+/// Of one frame, for its own light: every so many rows, averaged along them, at most 480 columns. As good as all of
+/// them for light, which averages far more, and a fraction of the work.
+ImageF sampledForLight(const RowSource& plate);
+
 /// Reads what the settings ask for: light without `--env`, colour transfer. Frames that cannot be read are left out.
 PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light);
 

@@ -179,8 +179,13 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     report.startSeconds = start.seconds();
 
     ContactSheet sheet(options.preview, frames);
+    // A preview shows the light of both.
     const bool isUntouched = renderer->plan().isPassThrough() && options.preview.empty();
-    reader->schedule(frames, isUntouched && writer->takesCodes() ? io::Pixels::Codes : io::Pixels::Light);
+    const bool goesByRows =
+        renderer->takesRows() && options.preview.empty() && !overscan && writer->canvas() != nullptr;
+    reader->schedule(frames, isUntouched && writer->takesCodes() ? io::Pixels::Codes
+                             : goesByRows                        ? io::Pixels::Rows
+                                                                 : io::Pixels::Light);
     const Timer clock;
     Progress state;
     state.total = frames.size();
@@ -196,7 +201,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         io::RenderedFrame rendered;
         try {
             if (overscan) overscan->begin(*frame);
-            rendered = renderer->render(std::move(*frame));
+            rendered = renderer->render(std::move(*frame), goesByRows ? writer->canvas() : nullptr);
             if (overscan) rendered.around = overscan->finish();
         } catch (const Error& error) {  // its depth
             if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;

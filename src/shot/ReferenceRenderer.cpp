@@ -107,7 +107,8 @@ std::vector<glm::dvec3> ReferenceRenderer::Impl::lightAlong(std::span<const glm:
 
 void ReferenceRenderer::Impl::updateLight(const io::PlateFrame& plate)
 {
-    if (!light->update(plate.number, viewOf(plate.pixels, plate.number))) return;
+    const ImageF sampled = light->needsPlate() ? sampledForLight(ImageRows(plate.pixels)) : ImageF();
+    if (!light->update(plate.number, viewOf(sampled, plate.number))) return;
     panorama = reduced(light->panorama().pixels, options.widestPanorama);
     lastDirections.clear();
     if (!dropLight)
@@ -180,7 +181,7 @@ ReferenceRenderer::~ReferenceRenderer() = default;
 const FramePlan& ReferenceRenderer::plan() const { return impl_->plan; }
 const CompositorStatistics& ReferenceRenderer::statistics() const { return impl_->statistics; }
 
-io::RenderedFrame ReferenceRenderer::render(io::PlateFrame plate)
+io::RenderedFrame ReferenceRenderer::render(io::PlateFrame plate, std::shared_ptr<RowSink>)
 {
     Impl& m = *impl_;
     const Timer clock;

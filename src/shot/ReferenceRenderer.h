@@ -34,7 +34,8 @@ public:
     ~ReferenceRenderer() override;
 
     const FramePlan& plan() const override;
-    io::RenderedFrame render(io::PlateFrame plate) override;
+    using FrameRenderer::render;
+    io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) override;
     const CompositorStatistics& statistics() const override;
 
 private:

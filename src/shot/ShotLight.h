@@ -27,8 +27,10 @@ public:
     ShotLight(const ShotLight&) = delete;
     ShotLight& operator=(const ShotLight&) = delete;
 
-    /// Brings the maps up to date for a frame that looks as `view` says; false if they are as they were.
-    /// isSamePlate: the view's pixels are those of the call before.
+    /// Whether update() looks at the frame's plate.
+    bool needsPlate() const { return isEachFrame_; }
+    /// Brings the maps up to date for a frame that looks as `view` says; false if they are as they were. The view's
+    /// plate may be empty unless needsPlate(). isSamePlate: the view's pixels are those of the call before.
     bool update(FrameNumber frame, const environment::PlateView& view, bool isSamePlate = false);
 
     /// Equirectangular maps; see environment::DropRadiance.

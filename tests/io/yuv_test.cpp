@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/Parallel.h"
+#include "core/PictureRows.h"
 #include "io/ColorConversion.h"
 
 namespace virga::io {
@@ -216,6 +217,37 @@ TEST(Yuv, SameBitsOnAnyNumberOfThreads)
     }
     planarToLinear(format, rec709, in.constPicture(), *toLinear, two);
     EXPECT_TRUE(std::equal(one.values().begin(), one.values().end(), two.values().begin()));
+}
+
+// A band at a time is what the whole picture is, in every layout, odd sizes and sitings included.
+TEST(Yuv, RowsAreThoseOfTheWholePicture)
+{
+    std::mt19937 random(11);
+    const auto toLinear = makeColorTransform("sRGB", "Linear Rec.709"),
+               toCode = makeColorTransform("Linear Rec.709", "sRGB");
+    for (const Family family : {Family::Yuv, Family::Rgb, Family::Grey})
+        for (const int bits : {8, 10, 16})
+            for (const auto& [sx, sy] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}, {2, 2}})
+                for (const bool isSmooth : {false, true}) {
+                    if (family != Family::Yuv && (sx + sy > 0 || isSmooth)) continue;
+                    const PlanarFormat format{family, bits, sx, sy, bits == 10};
+                    const int width = 37, height = 29;
+                    Planes in(format, width, height), whole(format, width, height), pieces(format, width, height);
+                    for (int p = 0; p < format.planes(); ++p)
+                        for (std::size_t i = 0; i < in.samples(p); ++i) in.set(p, i, int(random() % (1u << bits)));
+                    const ChromaFilter filter{{isSmooth, 0}, {isSmooth, 0.5}};
+                    ImageF one(width, height, 4), two(width, height, 4);
+                    planarToLinear(format, rec709, in.constPicture(), *toLinear, one, filter);
+                    linearToPlanar(format, rec709, one, *toCode, whole.picture);
+                    for (int first = 0; first < height; first += 4) {
+                        const int last = std::min(first + 4, height);
+                        const ImageView<float> rows = rowsOf(two.view(), first, last);
+                        planarRowsToLinear(format, rec709, in.constPicture(), *toLinear, first, rows, filter);
+                        linearRowsToPlanar(format, rec709, rows, *toCode, first, pieces.picture);
+                    }
+                    ASSERT_TRUE(std::equal(one.values().begin(), one.values().end(), two.values().begin()));
+                    ASSERT_EQ(whole.stored, pieces.stored) << int(family) << bits << sx << sy << isSmooth;
+                }
 }
 
 }  // namespace

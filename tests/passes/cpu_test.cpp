@@ -157,6 +157,22 @@ Result byCpu(const Features& features, const Scene& scene)
     return result;
 }
 
+/// An image filled by rows, and how often each of them came.
+class Canvas final : public RowSink {
+public:
+    void write(int firstRow, ConstImageViewF rgba) override
+    {
+        EXPECT_EQ(firstRow % rowsPerChroma, 0);
+        EXPECT_TRUE(rgba.height() % rowsPerChroma == 0 || firstRow + rgba.height() == height);
+        for (int y = 0; y < rgba.height(); ++y) {
+            std::copy_n(rgba.row(y), 4 * width, picture.row(firstRow + y));
+            ++times.at(std::size_t(firstRow + y));
+        }
+    }
+    ImageF picture{width, height, 4};
+    std::vector<int> times = std::vector<int>(height);
+};
+
 /// Pixels where the images differ by more than `tolerance` of the larger value (or of 1).
 std::size_t differing(const ImageF& a, const ImageF& b, double tolerance)
 {
@@ -280,6 +296,33 @@ TEST(CpuRenderer, LayersOverEachOtherAreTheBeauty)
                 const float all = rain.at(x, y, c) + (1 - rain.at(x, y, 3)) * under;
                 ASSERT_NEAR(all, r.beauty.at(x, y, c), 1e-5 * std::max(1.0f, std::abs(all)));
             }
+}
+
+// Light between codes and codes lives in a few rows at a time; what is drawn over it there is what is drawn over a
+// whole picture, to the bit, whatever the features.
+TEST(CpuRenderer, RowsGiveWhatAWholePictureGives)
+{
+    const Scene scene(1.0 / 60);
+    for (const Features& features : manyCombinations()) {
+        if (features.blur) continue;
+        const Result whole = byCpu(features, scene);
+        CpuRenderer renderer(width, height, features, test::atlas(1));
+        renderer.setDepth(scene.depth);
+        renderer.setFogTable(scene.fogTable);
+        renderer.setRingTransfer(scene.ringTransfer);
+        renderer.setLamps(scene.lamps);
+        renderer.setLut(scene.lut);
+        renderer.setDropRadiance(scene.radiance, scene.background);
+        Canvas canvas;
+        renderer.render(ImageRows(scene.plate), canvas, scene.constants, scene.cells);
+        EXPECT_EQ(canvas.times, std::vector<int>(height, 1));
+        EXPECT_EQ(differing(whole.beauty, canvas.picture, 0), 0u);
+        EXPECT_EQ(renderer.strokeCount(), whole.strokes);
+        if (features.layers && features.rain) {
+            EXPECT_EQ(differing(renderer.takeRain(), whole.layers[0].second, 0), 0u);
+        }
+        EXPECT_TRUE(renderer.passMs().contains("conversion"));
+    }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/trigonometric.hpp>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <vector>
@@ -262,6 +263,45 @@ TEST(Compositor, ExposureComesFromSecondsThenDegreesThenDaylight)
     EXPECT_EQ(exposureOf(s, 25), 0.02);
     s.exposure_s = 0.125;
     EXPECT_EQ(exposureOf(s, 25), 0.125);
+}
+
+/// An image that is filled by rows.
+struct Canvas final : RowSink {
+    void write(int firstRow, ConstImageViewF rgba) override
+    {
+        for (int y = 0; y < rgba.height(); ++y) std::copy_n(rgba.row(y), 4 * width, picture.row(firstRow + y));
+    }
+    ImageF picture{width, height, 4};
+};
+
+// Rows that are made when they are asked for: the same picture, the same light out of it, the same values repaired.
+TEST(Compositor, RowsOfAPlateAreThePlate)
+{
+    Settings settings;
+    settings.rate_mm_h = 40;
+    settings.threshold = 0.004;
+    const Shot shot{width, height, 24, 0};
+    Compositor byPixels(settings, shot, onCpu, {}), byRows(settings, shot, onCpu, {});
+    ASSERT_TRUE(byRows.takesRows());
+    for (const FrameNumber number : {3, 4}) {
+        io::PlateFrame plate = plateOf(number);
+        plate.pixels.at(5, 7, 1) = std::numeric_limits<float>::quiet_NaN();
+        plate.pixels.at(width - 1, height - 1, 0) = std::numeric_limits<float>::infinity();
+        const ImageF pixels = plate.pixels;
+        const auto canvas = std::make_shared<Canvas>();
+        io::PlateFrame rows;
+        rows.number = number;
+        rows.rows = std::make_shared<ImageRows>(pixels);
+        const io::RenderedFrame out = byRows.render(std::move(rows), canvas);
+        EXPECT_TRUE(out.beauty.empty());
+        EXPECT_EQ(out.canvas, canvas);
+        EXPECT_TRUE(sameBits(canvas->picture, byPixels.render(std::move(plate)).beauty)) << number;
+    }
+    EXPECT_EQ(byRows.statistics().repairedPixels, 4u);
+    EXPECT_EQ(byPixels.statistics().repairedPixels, 4u);
+
+    settings.blur_px = 1;  // looks at the whole plate
+    EXPECT_FALSE(Compositor(settings, shot, onCpu, {}).takesRows());
 }
 
 }  // namespace
