@@ -181,6 +181,11 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
     command->add_option("--preview", a.job.preview, "write a contact sheet before/after")
         ->type_name("PNG")
         ->group(group);
+    command
+        ->add_option("--timeline", a.job.timeline,
+                     "write what each thread did when, for chrome://tracing or ui.perfetto.dev (docs/timeline.md)")
+        ->type_name("JSON")
+        ->group(group);
     command->add_option("--settings", a.settingsFile, "read settings from a file; flags override it")
         ->type_name("TOML")
         ->group(group);

@@ -2,7 +2,10 @@
 // codes of one file and the codes of another.
 #pragma once
 
+#include <optional>
+
 #include "core/Image.h"
+#include "core/PlanarPicture.h"
 
 namespace virga {
 
@@ -18,6 +21,8 @@ public:
     virtual int height() const = 0;
     /// Pixels of the rows from `firstRow` on into `rgba`, which has the picture's width and 4 channels.
     virtual void read(int firstRow, ImageView<float> rgba) const = 0;
+    /// The codes that read() converts, as long as this lives, where their curve is a power: a device may then do it.
+    virtual std::optional<ConstCodedPlanes> codes() const { return std::nullopt; }
 };
 
 /// A picture that is filled. Different rows may come from different threads; each row comes once, with all that share
@@ -26,6 +31,8 @@ class RowSink {
 public:
     virtual ~RowSink() = default;
     virtual void write(int firstRow, ConstImageViewF rgba) = 0;
+    /// Where write() puts codes, likewise: may be filled in its place.
+    virtual std::optional<CodedPlanes> codes() { return std::nullopt; }
 };
 
 /// The rows of an image that lives as long as this.

@@ -76,6 +76,7 @@ class IdentityTransform final : public ColorTransform {
 public:
     void apply(float*, float*, float*, std::size_t) const override {}
     bool isIdentity() const override { return true; }
+    std::optional<PowerCurve> power() const override { return PowerCurve(); }
 };
 
 class CurveTransform final : public ColorTransform {
@@ -85,6 +86,7 @@ public:
     {
         for (float* values : {red, green, blue}) (decode_ ? decodeCurve : encodeCurve)(curve_, values, count);
     }
+    std::optional<PowerCurve> power() const override { return powerOf(curve_); }
 
 private:
     Curve curve_;

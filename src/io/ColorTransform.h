@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+
+#include "core/PlanarPicture.h"
 
 namespace virga::io {
 
@@ -13,6 +16,8 @@ public:
     virtual void apply(float* red, float* green, float* blue, std::size_t count) const = 0;
     /// Whether apply() leaves every value as it is, so that nobody need call it.
     virtual bool isIdentity() const { return false; }
+    /// The curve between codes and light, whichever way it is gone, if there is no more to it than one power.
+    virtual std::optional<PowerCurve> power() const { return std::nullopt; }
 };
 
 }  // namespace virga::io

@@ -12,11 +12,6 @@ namespace virga::io {
 
 namespace {
 
-/// code <= toe: linear = code / slope; above it linear = ((code + offset) / (1 + offset)) ^ power.
-struct PowerCurve {
-    double power, offset, slope, toe;
-};
-
 // IEC 61966-2-1: 0.04045 and 12.92 as printed. The pieces miss each other by 1e-8, which is below float.
 constexpr PowerCurve srgb{2.4, 0.055, 12.92, 0.04045};
 // ITU-R BT.2020 table 4 gives BT.709's alpha and beta with the digits that make the pieces meet.
@@ -132,6 +127,12 @@ double hlgEncode(double linear)
 }
 
 }  // namespace
+
+std::optional<PowerCurve> powerOf(Curve curve) noexcept
+{
+    if (curve == Curve::Linear) return PowerCurve();
+    return isPower(curve) ? std::optional(powerCurve(curve)) : std::nullopt;
+}
 
 double decodeCurveExact(Curve curve, double code) noexcept
 {

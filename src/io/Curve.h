@@ -6,6 +6,9 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+
+#include "core/PlanarPicture.h"
 
 namespace virga::io {
 
@@ -35,13 +38,16 @@ enum class Curve {
     DavinciIntermediate,  ///< Blackmagic, 2021
 };
 
-/// Code values -> linear light, in place. Powers are in float: within 2e-7 of the formula for codes to 1, within 6.1e-7 of
-/// the value for codes to 4. The rest is the formula in double, rounded once. NaN stays NaN.
+/// Code values -> linear light, in place. Powers are in float: within 2e-7 of the formula for codes to 1, within 6.1e-7
+/// of the value for codes to 4. The rest is the formula in double, rounded once. NaN stays NaN.
 void decodeCurve(Curve curve, float* values, std::size_t count) noexcept;
 
-/// Linear light -> code values, in place. Powers within 1.3e-7 of the formula for codes to 1, within 2.6e-7 of the value
-/// for codes to 4; the rest rounded once. NaN stays NaN.
+/// Linear light -> code values, in place. Powers within 1.3e-7 of the formula for codes to 1, within 2.6e-7 of the
+/// value for codes to 4; the rest rounded once. NaN stays NaN.
 void encodeCurve(Curve curve, float* values, std::size_t count) noexcept;
+
+/// The curve, if it is a power (or none at all).
+std::optional<PowerCurve> powerOf(Curve curve) noexcept;
 
 /// The formulas themselves, in double precision: what the two above are tested against.
 double decodeCurveExact(Curve curve, double code) noexcept;

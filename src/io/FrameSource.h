@@ -118,6 +118,6 @@ public:
 const MovieOrigin* originOf(const PlateReader& plate);
 
 /// Adds reading ahead on threads and the OnError policy to a source.
-std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, OnError onError);
+std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, const ReadOptions& options);
 
 }  // namespace virga::io

@@ -51,7 +51,7 @@ public:
         : input_(path, options.stream), index_(listPictures(input_)),
           decoder_(input_, index_, options.firstFrame.value_or(0)),
           movie_(describeMovie(input_, index_, firstPicture().get(), options)),
-          toWorking_(describeColor(movie_.info, options, {movie_.colorClaim}))
+          toWorking_(describeColor(movie_.info, options, {movie_.colorClaim})), timeline_(options.timeline)
     {
         if (options.deinterlace)
             deinterlace();
@@ -87,7 +87,10 @@ public:
         frame.time_s = origin.keepsTime ? double(origin.times[std::size_t(index)].start - origin.times[0].start) *
                                               origin.timeBase.value()
                                         : double(index) / movie_.info.fps;
-        Frame decoded = picture(std::size_t(index));
+        Frame decoded = [&] {
+            const StageSpan span(timeline_, "reader", "decode", number);
+            return picture(std::size_t(index));
+        }();
         if (!last_ || !haveSameCodes(*last_, *decoded)) ++content_;
         last_.reset(av_frame_clone(decoded.get()));
         frame.content = content_;
@@ -98,8 +101,10 @@ public:
         else if (pixels == Pixels::Rows && isUpright && isPlanar(decoded->format))
             frame.rows = std::make_shared<DecodedRows>(
                 std::move(decoded), PlanesOfLight{movie_.format, movie_.coding, toWorking_, chroma_});
-        else
+        else {
+            const StageSpan span(timeline_, "reader", "convert", number);
             frame.pixels = convert(*decoded);
+        }
         frame.extras = std::move(extras);
         return frame;
     }
@@ -205,6 +210,7 @@ private:
     MovieDecoder decoder_;
     MovieDescription movie_;
     std::shared_ptr<const ColorTransform> toWorking_;
+    Timeline* timeline_;
     std::optional<Deinterlacer> deinterlacer_;
     ChromaFilter chroma_;
     std::unique_ptr<PlanarBuffer> unpacked_;  // for formats that are not planar

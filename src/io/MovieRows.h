@@ -24,6 +24,7 @@ public:
     int width() const override { return planar_.width; }
     int height() const override { return planar_.height; }
     void read(int firstRow, ImageView<float> rgba) const override;
+    std::optional<ConstCodedPlanes> codes() const override;
 
 private:
     std::shared_ptr<const AVFrame> picture_;
@@ -37,6 +38,7 @@ public:
     EncoderRows(libav::Frame picture, const PlanesOfLight& planes);
 
     void write(int firstRow, ConstImageViewF rgba) override;
+    std::optional<CodedPlanes> codes() override;
     /// The picture, once all rows are written; nothing may be written after that.
     libav::Frame take() { return std::move(picture_); }
 

@@ -37,7 +37,7 @@ constexpr int rowAlignment = 32;  // [bytes]
 class MovieWriter final : public PlateWriter {
 public:
     MovieWriter(const std::string& path, const PlateInfo& plate, const MovieOrigin* origin, const WriteOptions& options)
-        : plate_(plate), origin_(origin), output_(path, options.movie.container)
+        : plate_(plate), origin_(origin), timeline_(options.timeline), output_(path, options.movie.container)
     {
         if (options.layers)
             throw Error(ErrorCode::InvalidArgument, "{}: only EXR files hold layers; name the output .exr", path);
@@ -227,6 +227,7 @@ private:
             throw Error(ErrorCode::Internal, "frame {} is {}x{} with {} channels where the plate is {}x{}",
                         rendered.number, rendered.beauty.width(), rendered.beauty.height(), rendered.beauty.channels(),
                         plate_.width, plate_.height);
+        const StageSpan span(timeline_, "encoder", "convert", rendered.number);
         Frame frame = emptyPicture();
         if (isPlanar(format_.pixelFormat)) {
             linearToPlanar(format_.planar, format_.coding, rendered.beauty, *toCode_, planesOf(*frame));
@@ -267,6 +268,7 @@ private:
 
     void encode(const RenderedFrame& rendered)
     {
+        const StageSpan span(timeline_, "encoder", "encode", rendered.number);
         if (!lastTime_) begin(rendered.number);
         const bool isCoded = rendered.beauty.empty() && rendered.extras && rendered.extras->codes;
         const Frame frame = rendered.canvas ? static_cast<EncoderRows&>(*rendered.canvas).take()  // made by canvas()
@@ -326,6 +328,7 @@ private:
 
     const PlateInfo plate_;
     const MovieOrigin* origin_;
+    Timeline* timeline_;
     MovieOutput output_;
     Input movie_;  // the plate's, for what it says of itself
     Codec encoder_;

@@ -106,9 +106,9 @@ std::unique_ptr<PlateReader> openPlate(const std::string& name, const ReadOption
     const std::string path = resolvePlateName(name);
     if (options.fps && !(*options.fps > 0 && *options.fps <= 10000))
         throw Error(ErrorCode::InvalidArgument, "fps is {}, which is not between 0 and 10000", *options.fps);
-    if (options.stack > 0) return makeScheduledReader(openStack(path, options), options.onError);
+    if (options.stack > 0) return makeScheduledReader(openStack(path, options), options);
     auto source = isFramePattern(path) || isImageName(path) ? openImages(path, options) : openMovie(path, options);
-    return makeScheduledReader(std::move(source), options.onError);
+    return makeScheduledReader(std::move(source), options);
 }
 
 std::unique_ptr<PlateWriter> createPlateWriter(const std::string& path, const PlateReader& plate,

@@ -18,6 +18,7 @@
 #include "core/FrameRange.h"
 #include "core/Image.h"
 #include "core/PictureRows.h"
+#include "core/Timeline.h"
 
 namespace virga::io {
 
@@ -42,6 +43,7 @@ struct ReadOptions {
     std::string layer;          ///< of an EXR, "diffuse"; empty: see choosePicture
     std::string view;           ///< of an EXR with several, "right"; empty: the default one
     bool deinterlace = false;   ///< a movie's frames are made of both their fields' lines at one time (Deinterlacer.h)
+    Timeline* timeline = nullptr;  ///< gets what the reader's threads do; must outlive the reader
 };
 
 /// How the lines of a movie's frames were taken.
@@ -153,6 +155,7 @@ struct WriteOptions {
     /// What an image's "Software" says; nothing: what the plate's says. EXR, PNG, TIFF, JPEG, DPX and Targa hold it.
     std::function<std::string(FrameNumber)> software{};
     MovieOptions movie{};
+    Timeline* timeline = nullptr;  ///< gets what the writer's threads do; must outlive the writer
 };
 
 /// One named image of a frame: channel c of `pixels` is written as "<name>.<channels[c]>".

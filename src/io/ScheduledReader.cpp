@@ -22,8 +22,9 @@ struct Loaded {
 
 class ScheduledReader final : public SourcedReader {
 public:
-    ScheduledReader(std::unique_ptr<FrameSource> source, OnError onError)
-        : source_(std::move(source)), onError_(onError), ahead_(framesAhead(source_->info()))
+    ScheduledReader(std::unique_ptr<FrameSource> source, const ReadOptions& options)
+        : source_(std::move(source)), onError_(options.onError), timeline_(options.timeline),
+          ahead_(framesAhead(source_->info()))
     {
     }
 
@@ -92,6 +93,7 @@ private:
 
     Loaded loadNow(FrameNumber number)
     {
+        const StageSpan span(timeline_, "reader", "read", number);
         Loaded result;
         try {
             if (source_->parallelLoads() > 1) {
@@ -169,6 +171,7 @@ private:
 
     std::unique_ptr<FrameSource> source_;
     OnError onError_;
+    Timeline* timeline_;
     std::size_t ahead_;
 
     std::mutex sourceMutex_;
@@ -186,9 +189,9 @@ private:
 
 }  // namespace
 
-std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, OnError onError)
+std::unique_ptr<SourcedReader> makeScheduledReader(std::unique_ptr<FrameSource> source, const ReadOptions& options)
 {
-    return std::make_unique<ScheduledReader>(std::move(source), onError);
+    return std::make_unique<ScheduledReader>(std::move(source), options);
 }
 
 }  // namespace virga::io

@@ -54,7 +54,10 @@ public:
                         "{}: is one image, but there are several frames; name a pattern such as shot.%04d.exr",
                         pattern_);
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));
-        queue_.push([this, shared] { writeFile(*shared); });
+        queue_.push([this, shared] {
+            const StageSpan span(options_.timeline, "writer", "write", shared->number);
+            writeFile(*shared);
+        });
     }
 
     void finish() override

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace virga::passes {
 namespace {
@@ -46,6 +47,18 @@ std::size_t SplashPass::splashCount() const
 {
     std::array<std::uint32_t, 4> list{};
     list_.download(list.data(), sizeof list);
+    return list[3];
+}
+
+void SplashPass::copyCount(GLuint buffer, std::size_t offset) const
+{
+    glCopyNamedBufferSubData(list_.name(), buffer, 0, GLintptr(offset), GLsizeiptr(countBytes));
+}
+
+std::size_t SplashPass::splashesIn(const void* count)
+{
+    std::array<std::uint32_t, 4> list{};
+    std::memcpy(list.data(), count, sizeof list);
     return list[3];
 }
 

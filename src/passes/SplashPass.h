@@ -15,6 +15,10 @@ public:
 
     void run(const FrameTargets& targets);
     std::size_t splashCount() const;  ///< of the last run(); waits for it
+    /// As StrokePass's.
+    void copyCount(GLuint buffer, std::size_t offset) const;
+    static constexpr std::size_t countBytes = 4 * sizeof(std::uint32_t);
+    static std::size_t splashesIn(const void* count);
 
 private:
     gl::Program emit_, splat_;

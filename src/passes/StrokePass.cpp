@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "passes/StrokeMattes.h"
@@ -106,6 +107,18 @@ std::size_t StrokePass::strokeCount() const
 {
     std::array<std::uint32_t, 8> lists{};
     lists_.download(lists.data(), sizeof lists);
+    return strokesIn(lists.data());
+}
+
+void StrokePass::copyCount(GLuint buffer, std::size_t offset) const
+{
+    glCopyNamedBufferSubData(lists_.name(), buffer, 0, GLintptr(offset), GLsizeiptr(countBytes));
+}
+
+std::size_t StrokePass::strokesIn(const void* count)
+{
+    std::array<std::uint32_t, 8> lists{};
+    std::memcpy(lists.data(), count, sizeof lists);
     return std::size_t(lists[3]) + lists[7];
 }
 

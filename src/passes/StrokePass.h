@@ -25,6 +25,10 @@ public:
 
     /// Strokes of the last run(); waits for it.
     std::size_t strokeCount() const;
+    /// The same without waiting: copies what strokesIn() reads into a buffer, after the run.
+    void copyCount(GLuint buffer, std::size_t offset) const;
+    static constexpr std::size_t countBytes = 8 * sizeof(std::uint32_t);
+    static std::size_t strokesIn(const void* count);
 
 private:
     void splat(const gl::Program& small, const gl::Program& large) const;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
@@ -45,6 +47,14 @@ struct Compositor::Impl : ShotScene {
 
     std::unique_ptr<PictureRenderer> renderer;
     std::atomic<std::size_t> repairedInRows = 0;
+
+    Timeline* timeline = nullptr;
+    struct Handed {
+        FrameNumber frame;
+        Timeline::Clock::time_point start;
+    };
+    std::deque<Handed> inFlight;              // frames that are not complete, oldest first
+    Timeline::Clock::time_point passesEnd{};  // of the passes on the timeline
     std::shared_ptr<const depth::Depth> usedDepth;
     double tablesFocal = -1;  // focal length that the tables in use were made for [px]
     std::vector<float> fogTable, veilTable;
@@ -70,6 +80,7 @@ struct Compositor::Impl : ShotScene {
                 std::ptrdiff_t(wide.width()) * wide.channels()};
     }
     void repair(io::PlateFrame& plate);
+    void add(const DrawnPicture& drawn, const Handed& handed);
     ImageF sampledPlate(const io::PlateFrame& plate) const;
     void openRenderer(const CompositorOptions& options);
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
@@ -221,6 +232,26 @@ void Compositor::Impl::repair(io::PlateFrame& plate)
         statistics.repairedPixels += repairPixels(plate.pixels);
 }
 
+/// What is known of a picture once it is drawn. Its passes go on the timeline one after the other from when they were
+/// handed over, or from the end of the ones before: how long they took is measured, when they began is not.
+void Compositor::Impl::add(const DrawnPicture& drawn, const Handed& handed)
+{
+    for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
+    statistics.strokes += drawn.strokes;
+    statistics.splashes += drawn.splashes;
+    if (timeline == nullptr) return;
+    passesEnd = std::max(passesEnd, handed.start);
+    for (const char* pass : {"upload", "to light", "light", "blur", "splashes", "drops", "strokes", "composite",
+                             "conversion", "to codes", "read-back"}) {
+        const auto found = drawn.passMs.find(pass);
+        if (found == drawn.passMs.end()) continue;
+        const auto end = passesEnd + std::chrono::duration_cast<Timeline::Clock::duration>(
+                                         std::chrono::duration<double, std::milli>(found->second));
+        timeline->addApart("passes", pass, handed.frame, passesEnd, end);
+        passesEnd = end;
+    }
+}
+
 /// The frame's plate, thinned out for the light.
 ImageF Compositor::Impl::sampledPlate(const io::PlateFrame& plate) const
 {
@@ -246,6 +277,7 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
 {
     Impl& m = *impl_;
     m.statistics.lightSource = m.lightSource;
+    m.timeline = options.timeline;
     if (!m.plan.isPassThrough()) m.openRenderer(options);
 }
 
@@ -256,6 +288,19 @@ const FramePlan& Compositor::plan() const { return impl_->plan; }
 bool Compositor::takesRows() const
 {
     return impl_->renderer && impl_->renderer->takesRows() && impl_->settings.depth.empty();
+}
+
+std::size_t Compositor::framesInFlight() const { return impl_->renderer ? impl_->renderer->picturesInFlight() : 0; }
+
+void Compositor::complete()
+{
+    Impl& m = *impl_;
+    const Timer clock;
+    const Impl::Handed handed = m.inFlight.front();
+    m.inFlight.pop_front();
+    const StageSpan span(m.timeline, "renderer", "wait for device", handed.frame);
+    m.add(m.renderer->complete(), handed);
+    m.statistics.renderSeconds += clock.seconds();
 }
 
 const CompositorStatistics& Compositor::statistics() const { return impl_->statistics; }
@@ -296,6 +341,7 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSi
 
     const passes::Features& features = m.plan.features;
     const auto timed = [&](const char* name, auto&& work) {
+        const StageSpan span(m.timeline, "renderer", name, plate.number);
         const Timer timer;
         work();
         statistics.passMs[name] += timer.milliseconds();
@@ -325,12 +371,18 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSi
     if (isSamePlate) m.renderer->keepPlate();
     const glm::mat3 environmentFromWorld(m.light ? m.light->environmentFromWorld() : glm::dmat3(1.0));
     out.canvas = canvas;
-    DrawnPicture drawn = m.renderer->render({std::move(plate.pixels), std::move(plate.rows), std::move(canvas)},
-                                            m.constantsFor(exposure), cells, environmentFromWorld);
+    const Impl::Handed handed{plate.number, Timeline::Clock::now()};
+    const bool isInFlight = canvas && m.renderer->picturesInFlight() > 0;
+    DrawnPicture drawn = [&] {
+        const StageSpan span(m.timeline, "renderer", "draw", plate.number);
+        return m.renderer->render({std::move(plate.pixels), std::move(plate.rows), std::move(canvas)},
+                                  m.constantsFor(exposure), cells, environmentFromWorld);
+    }();
     statistics.repairedPixels += m.repairedInRows.exchange(0);
-    for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
-    statistics.strokes += drawn.strokes;
-    statistics.splashes += drawn.splashes;
+    if (isInFlight)
+        m.inFlight.push_back(handed);
+    else
+        m.add(drawn, handed);
     statistics.hiddenCells += cells.hiddenCells;
     statistics.samePlates += isSamePlate ? 1 : 0;
     statistics.lampsLeftOut += m.lamps.size() - m.lampsInUse;

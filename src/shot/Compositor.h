@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "core/Timeline.h"
 #include "shot/FrameRenderer.h"
 #include "shot/ShotScene.h"
 
@@ -11,8 +12,9 @@ namespace virga::shot {
 
 struct CompositorOptions {
     Wanted wanted;
-    std::string device = "auto";  ///< see makePictureRenderer
-    std::string shaderFolder;     ///< see gl::loadShader
+    std::string device = "auto";   ///< see makePictureRenderer
+    std::string shaderFolder;      ///< see gl::loadShader
+    Timeline* timeline = nullptr;  ///< gets what render() does; must outlive the compositor
 };
 
 /// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.
@@ -30,6 +32,8 @@ public:
     using FrameRenderer::render;
     io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) override;
     bool takesRows() const override;
+    std::size_t framesInFlight() const override;
+    void complete() override;
     const CompositorStatistics& statistics() const override;
 
 private:

@@ -41,6 +41,10 @@ public:
     /// as it must be without takesRows().
     virtual io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) = 0;
     io::RenderedFrame render(io::PlateFrame plate) { return render(std::move(plate), nullptr); }
+    /// Frames on canvases that render() may be ahead of complete(). 0: canvases are filled when it returns.
+    virtual std::size_t framesInFlight() const { return 0; }
+    /// Waits until the canvas of the oldest frame that is not complete is filled.
+    virtual void complete() {}
     /// Whether it takes plates as Pixels::Rows, and canvases.
     virtual bool takesRows() const { return false; }
     virtual const CompositorStatistics& statistics() const = 0;

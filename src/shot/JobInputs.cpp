@@ -90,7 +90,7 @@ void refuseWritingOverInputs(const Settings& s, const RainJobOptions& options, c
                                                                  {"camera", &s.camera}, {"grade-from", &s.gradeFrom}};
     for (const auto& [flag, input] : inputs) {
         if (input->empty()) continue;
-        for (const std::string& output : {options.output, options.preview})
+        for (const std::string& output : {options.output, options.preview, options.timeline})
             for (const FrameNumber frame : frames) {
                 const std::string written = nameOf(output, frame);
                 if (io::isSameFile(written, nameOf(*input, frame)))
@@ -111,6 +111,17 @@ void checkPreview(const RainJobOptions& options)
         throw Error(ErrorCode::Output, "--preview '{}': is the plate itself", options.preview);
     if (options.preview == options.output)
         throw Error(ErrorCode::Output, "--preview '{}': is the output itself", options.preview);
+}
+
+void checkTimeline(const RainJobOptions& options)
+{
+    if (options.timeline.empty()) return;
+    io::checkOutputFolder(options.timeline);
+    if (io::isSameFile(options.timeline, options.plate))
+        throw Error(ErrorCode::Output, "--timeline '{}': is the plate itself", options.timeline);
+    for (const std::string& other : {options.output, options.preview})
+        if (options.timeline == other)
+            throw Error(ErrorCode::Output, "--timeline '{}': is another output's name", options.timeline);
 }
 
 }  // namespace virga::shot

@@ -25,5 +25,7 @@ void refuseWritingOverInputs(const Settings& settings, const RainJobOptions& opt
 
 /// The contact sheet's name. Throws Error(Output).
 void checkPreview(const RainJobOptions& options);
+/// The timeline's. Throws Error(Output).
+void checkTimeline(const RainJobOptions& options);
 
 }  // namespace virga::shot

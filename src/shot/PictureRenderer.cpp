@@ -1,5 +1,6 @@
 #include "shot/PictureRenderer.h"
 
+#include <deque>
 #include <optional>
 #include <utility>
 
@@ -11,16 +12,25 @@
 #include "passes/CompositePass.h"
 #include "passes/CpuRenderer.h"
 #include "passes/LightPass.h"
+#include "passes/PlanesPass.h"
 #include "passes/SplashPass.h"
 #include "passes/StrokePass.h"
 
 namespace virga::shot {
 namespace {
 
+/// A picture that the device is not done with, and what tells of it.
+struct PictureOnDevice {
+    std::shared_ptr<RowSink> canvas;
+    std::unique_ptr<gl::PassTimer> timer;
+    gl::MappedBuffer counts;  // of strokes, then of splashes
+    DrawnPicture drawn;       // but for the times and counts of the device
+};
+
 class ShaderPicture final : public PictureRenderer {
 public:
     ShaderPicture(std::unique_ptr<gl::Context> context, const PictureSetup& setup)
-        : context_(std::move(context)), features_(setup.features)
+        : context_(std::move(context)), features_(setup.features), shaderFolder_(setup.shaderFolder)
     {
         features_.software = context_->device().isSoftware;
         targets_.emplace(setup.width, setup.height, features_);
@@ -31,12 +41,13 @@ public:
         composite_.emplace(features_, setup.shaderFolder);
         if (features_.lights) targets_->uploadRingTransfer(setup.ringTransfer);
         if (features_.colorTransfer) targets_->uploadLut(setup.lut.size, setup.lut.rgb);
-        timer_.emplace();
         context_->check("opening the passes");
     }
 
     std::string device() const override { return context_->device().renderer; }
     void keepPlate() override { keepsPlate_ = true; }
+    bool takesRows() const override { return true; }
+    std::size_t picturesInFlight() const override { return passes::transfersInFlight - 1; }
     void setDepth(ConstImageViewF metres) override { targets_->uploadDepth(metres); }
     void setFogTable(const std::vector<float>& opticalDepth) override { targets_->uploadFogTable(opticalDepth); }
     void setVeilTable(const std::vector<float>& sums) override { targets_->uploadVeilTable(sums); }
@@ -49,34 +60,110 @@ public:
     DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
                         const glm::mat3& environmentFromWorld) override
     {
-        DrawnPicture drawn;
+        PictureOnDevice picture = newPicture();
+        DrawnPicture& drawn = picture.drawn;
+        gl::PassTimer& timer = *picture.timer;
         const auto timed = [&](const char* name, auto&& work) {
-            const Timer timer;
+            const Timer clock;
             work();
-            drawn.passMs[name] += timer.milliseconds();
+            drawn.passMs[name] += clock.milliseconds();
         };
+        timer.begin();
         timed("upload", [&] {
-            if (!std::exchange(keepsPlate_, false)) targets_->uploadPlate(plate.pixels);
+            if (!std::exchange(keepsPlate_, false)) upload(plate);
             shared::FrameConstants described = constants;
             if (strokes_) strokes_->describe(described, cells);
             targets_->setConstants(described);
         });
         targets_->bind();
-        timer_->begin();
-        const auto mark = [&](const char* name) { timer_->mark(name); };
+        const auto mark = [&](const char* name) { timer.mark(name); };
+        mark("to light");
         if (light_) light_->run(*targets_, environmentFromWorld), mark("light");
         if (blur_) blur_->run(*targets_), mark("blur");
         if (splashes_) splashes_->run(*targets_), mark("splashes");
-        if (strokes_) strokes_->run(*targets_, cells, *timer_);
+        if (strokes_) strokes_->run(*targets_, cells, timer);
         composite_->run(*targets_);
         mark("composite");
-        for (const auto& [name, ms] : timer_->collect()) drawn.passMs[name] += ms;
+        if (strokes_) strokes_->copyCount(picture.counts.name(), 0);
+        if (splashes_) splashes_->copyCount(picture.counts.name(), splashesAt);
+        picture.canvas = plate.canvas;
+        if (plate.canvas) {
+            putOnto(*plate.canvas, drawn);
+            mark("to codes");
+            context_->check("rendering");
+            onDevice_.push_back(std::move(picture));
+            return {};
+        }
         timed("read-back", [&] { readBack(drawn); });
         context_->check("rendering");
-        return drawn;
+        return completed(std::move(picture));
+    }
+
+    DrawnPicture complete() override
+    {
+        PictureOnDevice picture = std::move(onDevice_.front());
+        onDevice_.pop_front();
+        const Timer clock;
+        const auto codes = picture.canvas->codes();
+        if (codes && passes::convertsOnDevice(codes->format)) planesOut_->finish(*codes);
+        picture.drawn.passMs["read-back"] += clock.milliseconds();
+        return completed(std::move(picture));
     }
 
 private:
+    /// With the timer and the buffer of an earlier one, if one is done.
+    PictureOnDevice newPicture()
+    {
+        PictureOnDevice picture;
+        if (!done_.empty()) {
+            picture = std::move(done_.back());
+            done_.pop_back();
+            return picture;
+        }
+        picture.timer = std::make_unique<gl::PassTimer>();
+        picture.counts =
+            gl::MappedBuffer(splashesAt + passes::SplashPass::countBytes, gl::MappedBuffer::Way::FromDevice);
+        return picture;
+    }
+
+    void upload(const PlateInput& plate)
+    {
+        const auto codes = plate.rows ? plate.rows->codes() : std::nullopt;
+        if (!codes || !passes::convertsOnDevice(codes->format)) {
+            targets_->uploadPlate(plate.rows ? wholePicture(*plate.rows) : plate.pixels);
+            return;
+        }
+        if (!planesIn_ || !planesIn_->fits(*codes)) planesIn_.emplace(*codes, shaderFolder_);
+        planesIn_->run(*codes, *targets_);
+    }
+
+    /// As codes, by the device and once complete() is called, or as light at once.
+    void putOnto(RowSink& canvas, DrawnPicture& drawn)
+    {
+        const auto codes = canvas.codes();
+        if (!codes || !passes::convertsOnDevice(codes->format)) {
+            readBack(drawn);
+            writePicture(drawn.beauty, canvas);
+            drawn.beauty = {};
+            return;
+        }
+        if (!planesOut_) planesOut_.emplace(*codes, shaderFolder_);
+        planesOut_->run(*targets_);
+    }
+
+    /// What the device says of a picture that it is done with.
+    DrawnPicture completed(PictureOnDevice picture)
+    {
+        DrawnPicture drawn = std::move(picture.drawn);
+        for (const auto& [name, ms] : picture.timer->collect()) drawn.passMs[name] += ms;
+        if (strokes_) drawn.strokes = passes::StrokePass::strokesIn(picture.counts.data());
+        if (splashes_) drawn.splashes = passes::SplashPass::splashesIn(picture.counts.data() + splashesAt);
+        picture.canvas = nullptr;
+        picture.drawn = {};
+        done_.push_back(std::move(picture));
+        return drawn;
+    }
+
     void readBack(DrawnPicture& drawn) const
     {
         using Layer = passes::FrameTargets::LayerIndex;
@@ -91,21 +178,25 @@ private:
             drawn.nearestDepth = targets_->readNearestDepth();
             drawn.nearestMotion = targets_->readNearestMotion();
         }
-        if (strokes_) drawn.strokes = strokes_->strokeCount();
-        if (splashes_) drawn.splashes = splashes_->splashCount();
     }
+
+    static constexpr std::size_t splashesAt = passes::StrokePass::countBytes;
 
     // Destroyed in reverse order: GL objects before their context.
     std::unique_ptr<gl::Context> context_;
     passes::Features features_;
+    std::string shaderFolder_;
     std::optional<passes::FrameTargets> targets_;
     std::optional<passes::LightPass> light_;
     std::optional<passes::StrokePass> strokes_;
     std::optional<passes::SplashPass> splashes_;
     std::optional<passes::BlurPass> blur_;
     std::optional<passes::CompositePass> composite_;
-    std::optional<gl::PassTimer> timer_;
     bool keepsPlate_ = false;
+    std::optional<passes::PlanesIn> planesIn_;
+    std::optional<passes::PlanesOut> planesOut_;
+    std::deque<PictureOnDevice> onDevice_;  // oldest first
+    std::vector<PictureOnDevice> done_;     // to be used again
 };
 
 class CpuPicture final : public PictureRenderer {

@@ -62,6 +62,12 @@ public:
     virtual void setLamps(std::span<const shared::PointLight> lamps) = 0;
     virtual void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) = 0;
 
+    /// Pictures with a canvas that render() may be ahead of complete(). 0: their canvases are filled when it returns.
+    virtual std::size_t picturesInFlight() const { return 0; }
+    /// Waits until the canvas of the oldest picture that is not complete is filled. Returns what render() did not know
+    /// of it: counts and times.
+    virtual DrawnPicture complete() { return {}; }
+
     /// environmentFromWorld: see passes::LightPass.
     virtual DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants,
                                 const particles::CellList& cells, const glm::mat3& environmentFromWorld) = 0;

@@ -30,6 +30,9 @@ public:
         if (const std::size_t count = repairRows(rgba); count > 0) repaired_ += count;
     }
 
+    /// No code stands for anything but a number.
+    std::optional<ConstCodedPlanes> codes() const override { return rows_->codes(); }
+
 private:
     std::shared_ptr<const RowSource> rows_;
     std::atomic<std::size_t>& repaired_;

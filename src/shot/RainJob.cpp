@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/Error.h"
 #include "core/Log.h"
+#include "core/Timeline.h"
 #include "io/AtomicFile.h"
 #include "io/ColorConversion.h"
 #include "io/ImageFile.h"
@@ -60,14 +62,16 @@ std::vector<FrameNumber> framesLeft(const std::string& output, const std::vector
 }
 
 std::unique_ptr<FrameRenderer> rendererOf(const Settings& settings, const Shot& shot, const RainJobOptions& options,
-                                          const PlateSamples& samples)
+                                          const PlateSamples& samples, Timeline* timeline)
 {
     const Wanted wanted = {.layers = options.layers};
     if (options.reference)
         return std::make_unique<ReferenceRenderer>(settings, shot, wanted, samples, *options.reference);
     return std::make_unique<Compositor>(
         settings, shot,
-        CompositorOptions{.wanted = wanted, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
+        CompositorOptions{
+            .wanted = wanted, .device = options.device, .shaderFolder = options.shaderFolder, .timeline = timeline},
+        samples);
 }
 
 /// Nothing if the plate has no overscan, or the output no place for it, or nothing is done to it.
@@ -102,8 +106,15 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
 {
     const Timer start;
     checkPreview(options);
+    checkTimeline(options);
+    Timeline timelineOfJob;
+    Timeline* const timeline = options.timeline.empty() ? nullptr : &timelineOfJob;
+    timelineOfJob.nameThread("renderer");
+    const auto begin = Timeline::Clock::now();
     const io::OnError onError = onErrorOf(settings);
-    const auto reader = io::openPlate(options.plate, readOptionsOf(settings, onError));
+    io::ReadOptions readOptions = readOptionsOf(settings, onError);
+    readOptions.timeline = timeline;
+    const auto reader = io::openPlate(options.plate, readOptions);
     const io::PlateInfo& plate = reader->info();
     std::vector<FrameNumber> frames = chooseFrames(options.frames, plate, onError);
     if (plate.isMovie && !std::is_sorted(frames.begin(), frames.end()))
@@ -135,6 +146,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
             report.seconds = clock.seconds();
             report.startSeconds = start.seconds() - report.seconds;
             report.isStreamCopy = true;
+            if (timeline != nullptr) io::writeWholeFile(options.timeline, timeline->json());
             return report;
         }
         log::detail("{}: the pictures are encoded anew: {}", options.output, obstacle);
@@ -146,6 +158,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     io::WriteOptions writeOptions = writeOptionsOf(settings, options);
     // What the reference made is no frame that --resume may keep.
     if (!options.reference) writeOptions.software = [&](FrameNumber frame) { return fingerprints.of(frame); };
+    writeOptions.timeline = timeline;
     const auto writer = io::createPlateWriter(options.output, *reader, writeOptions);
     reader->fitChroma(writer->sharedChroma());
     RainReport report;
@@ -168,7 +181,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     if (!planFrame(settings, {}, false).isPassThrough()) shot.track = shotTrack(settings, plate);
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
     PlateSamples samples = samplePlate(*reader, settings, isLit);
-    const std::unique_ptr<FrameRenderer> renderer = rendererOf(settings, shot, options, samples);
+    const std::unique_ptr<FrameRenderer> renderer = rendererOf(settings, shot, options, samples, timeline);
     const std::unique_ptr<OverscanRenderer> overscan = overscanRendererOf(settings, shot, options, plate, samples);
     samples = {};  // whole frames
     if (!shot.track.empty()) warnOf(trackDoubts(shot.track, frames, shot.fps, settings));
@@ -186,11 +199,31 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     reader->schedule(frames, isUntouched && writer->takesCodes() ? io::Pixels::Codes
                              : goesByRows                        ? io::Pixels::Rows
                                                                  : io::Pixels::Light);
+    if (timeline != nullptr) timeline->add("renderer", "start", frames.front(), begin, Timeline::Clock::now());
     const Timer clock;
     Progress state;
     state.total = frames.size();
+    // What the device is not done with, oldest first.
+    std::deque<io::RenderedFrame> inFlight;
+    const auto deliver = [&] {
+        io::RenderedFrame rendered = std::move(inFlight.front());
+        inFlight.pop_front();
+        const FrameNumber number = rendered.number;
+        if (goesByRows && renderer->framesInFlight() > 0) renderer->complete();
+        sheet.addAfter(number, rendered.beauty);
+        const StageSpan span(timeline, "renderer", "hand over", number);
+        writer->write(std::move(rendered));
+        report.frames.push_back(number);
+        state.done = report.frames.size();
+        state.frame = number;
+        state.seconds = clock.seconds();
+    };
+    const std::size_t mostInFlight = goesByRows ? renderer->framesInFlight() : 0;
     for (const FrameNumber number : frames) {
-        std::optional<io::PlateFrame> frame = reader->read(plate.isStill ? plate.frames.front() : number);
+        std::optional<io::PlateFrame> frame = [&] {
+            const StageSpan span(timeline, "renderer", "wait for plate", number);
+            return reader->read(plate.isStill ? plate.frames.front() : number);
+        }();
         if (!frame) {
             report.repairedFrames.push_back(fmt::format("frame {} was skipped", number));
             continue;
@@ -198,28 +231,28 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
         frame->number = number;
         if (!frame->repaired.empty()) report.repairedFrames.push_back(frame->repaired);
         sheet.addBefore(number, frame->pixels);
-        io::RenderedFrame rendered;
         try {
+            const StageSpan span(timeline, "renderer", "render", number);
             if (overscan) overscan->begin(*frame);
-            rendered = renderer->render(std::move(*frame), goesByRows ? writer->canvas() : nullptr);
+            io::RenderedFrame rendered = renderer->render(std::move(*frame), goesByRows ? writer->canvas() : nullptr);
             if (overscan) rendered.around = overscan->finish();
+            inFlight.push_back(std::move(rendered));
         } catch (const Error& error) {  // its depth
             if (onError != io::OnError::Skip || error.code() != ErrorCode::Input) throw;
             report.repairedFrames.push_back(fmt::format("frame {} was skipped: {}", number, error.what()));
             log::warning("{}", report.repairedFrames.back());
             continue;
         }
-        sheet.addAfter(number, rendered.beauty);
-        writer->write(std::move(rendered));
-        report.frames.push_back(number);
-
-        state.done = report.frames.size();
-        state.frame = number;
-        state.seconds = clock.seconds();
+        if (inFlight.size() <= mostInFlight) continue;
+        deliver();
         if (progress(state) == Verdict::Stop) {
             report.stopped = true;
             break;
         }
+    }
+    while (!inFlight.empty()) {
+        deliver();
+        if (!report.stopped && progress(state) == Verdict::Stop) report.stopped = true;
     }
     if (report.frames.empty())
         throw Error(ErrorCode::Input, "plate '{}': none of the frames {} could be read", plate.path,
@@ -228,6 +261,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     report.seconds = clock.seconds();
     report.statistics = renderer->statistics();
     sheet.write(plate);
+    if (timeline != nullptr) io::writeWholeFile(options.timeline, timeline->json());
     return report;
 }
 
@@ -244,7 +278,8 @@ std::string explain(const FramePlan& plan, const CompositorStatistics* statistic
         text += fmt::format("{:<17} {:<8} {:<10} {}\n", pass.name, pass.runs ? "on" : "skipped",
                             pass.runs ? cost(pass.name) : "", pass.why);
     if (statistics != nullptr && statistics->frames > 0)
-        for (const char* step : {"cells", "inputs", "drops", "upload", "read-back"})
+        for (const char* step :
+             {"cells", "inputs", "drops", "conversion", "upload", "to light", "to codes", "read-back"})
             if (const std::string ms = cost(step); !ms.empty())
                 text += fmt::format("{:<17} {:<8} {}\n", step, "on", ms);
     return text;

@@ -17,9 +17,10 @@ struct RainJobOptions {
     std::string plate, output;
     std::string frames;  ///< frame range; empty: all
     bool layers = false;
-    bool half = false;    ///< EXR as half even if the plate is float
-    bool resume = false;  ///< frames of a sequence that are there, whole and made of the same, stay (shot/Resume.h)
-    std::string preview;  ///< contact sheet, PNG; empty: none
+    bool half = false;     ///< EXR as half even if the plate is float
+    bool resume = false;   ///< frames of a sequence that are there, whole and made of the same, stay (shot/Resume.h)
+    std::string preview;   ///< contact sheet, PNG; empty: none
+    std::string timeline;  ///< what each thread did when, JSON (core/Timeline.h); empty: nobody wants it
     std::string device = "auto";
     std::string shaderFolder;
     std::optional<ReferenceOptions> reference;  ///< render by the reference instead

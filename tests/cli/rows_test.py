@@ -7,8 +7,7 @@ from pathlib import Path
 
 import support
 
-RAIN = ["--strokes", "300", "--fov", "60", "--darken", "0.2", "--fog", "0.004", "--blur", "0", "--device", "cpu",
-        "--seed", "5"]
+RAIN = ["--strokes", "300", "--fov", "60", "--darken", "0.2", "--fog", "0.004", "--blur", "0", "--seed", "5"]
 
 
 def codes(path):
@@ -20,8 +19,9 @@ def codes(path):
 
 class Rows(support.CliTest):
     def sameBothWays(self, plate, *flags, out="mkv"):
-        rows = self.rain(plate, "-o", f"rows.{out}", *RAIN, *flags)
-        whole = self.rain(plate, "-o", f"whole.{out}", "--preview", "sheet.png", *RAIN, *flags)
+        rows = self.rain(plate, "-o", f"rows.{out}", *RAIN, "--device", "cpu", *flags)
+        whole = self.rain(plate, "-o", f"whole.{out}", "--preview", "sheet.png", *RAIN, "--device", "cpu",
+                          *flags)
         self.assertEqual(rows["strokes_per_frame"], whole["strokes_per_frame"])
         self.assertGreater(rows["strokes_per_frame"], 100)
         self.assertEqual("conversion" in whole["passes"], False)
@@ -64,6 +64,24 @@ class Rows(support.CliTest):
                        "-metadata:s:v", "rotate=90", self.path("turned.mp4"))
         self.assertNotIn("conversion", self.sameBothWays("turned.mp4", "--codec", "ffv1")["passes"])
 
+    def testADeviceConvertsAsTheProcessorDoes(self):
+        # Over 12 bits the processor converts for the device, whose picture is good to 1e-5.
+        for pixels in ["yuv420p", "yuv422p10le", "yuv444p12le", "gray", "yuv420p16le"]:
+            with self.subTest(pixels):
+                name = self.movie(f"device-{pixels}.mkv", pixels)
+                for device, out in [("cpu", "cpu.mkv"), ("0", "gl.mkv")]:
+                    report = self.rain(name, "-o", out, *RAIN, "--device", device, "--codec", "ffv1")
+                self.assertIn("read-back", report["passes"])
+                a, b = (self.samples(out, pixels).astype(int) for out in ["cpu.mkv", "gl.mkv"])
+                self.assertLessEqual(abs(a - b).max(), 1 if "16" not in pixels else 8)
+                self.assertLess((a != b).mean(), 0.01 if "16" not in pixels else 1)
+
+    def samples(self, name, pixels):
+        done = subprocess.run(["ffmpeg", "-v", "error", "-i", self.path(name), "-f", "rawvideo", "-pix_fmt", pixels,
+                               "-"], check=True, capture_output=True, timeout=120)
+        wide = any(bits in pixels for bits in ["10", "12", "16"])
+        return support.np.frombuffer(done.stdout, support.np.uint16 if wide else support.np.uint8)
+
     def testLightOfEachFrame(self):
         self.sameBothWays(self.movie("light.mkv", "yuv420p"), "--codec", "ffv1", "--env-frames", "0")
 
@@ -72,12 +90,7 @@ class Rows(support.CliTest):
         self.rain(name, "-o", "rain.mkv", "--strokes", "12", "--fov", "60", *support.CHEAP, "--codec", "ffv1",
                   "--device", "cpu")
 
-        def samples(path):
-            done = subprocess.run(["ffmpeg", "-v", "error", "-i", self.path(path), "-f", "rawvideo", "-pix_fmt",
-                                   "yuv420p10le", "-"], check=True, capture_output=True, timeout=120)
-            return support.np.frombuffer(done.stdout, support.np.uint16)
-
-        before, after = samples(name), samples("rain.mkv")
+        before, after = (self.samples(movie, "yuv420p10le") for movie in [name, "rain.mkv"])
         self.assertEqual(before.size, after.size)
         changed = support.np.count_nonzero(before != after) / before.size
         self.assertGreater(changed, 0)
