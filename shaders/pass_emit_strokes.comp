@@ -5,7 +5,11 @@
 #include "shared/visibility.glsl"
 #include "common_lights.glsl"
 
+#ifdef GROUPED
+layout(local_size_x = 256) in;  // emitGroupSize of StrokePass.cpp
+#else
 layout(local_size_x = 64) in;
+#endif
 
 layout(std430, binding = 1) readonly buffer Cells { Cell cells[]; };
 layout(std430, binding = 14) readonly buffer Blocks { uint cellOfBlock[]; };

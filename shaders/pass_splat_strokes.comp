@@ -1,5 +1,9 @@
-// Adds the strokes to the accumulators. SMALL: one invocation a stroke; else one work group a stroke, a row an
+// Adds the strokes to the accumulators. SMALL: one invocation a stroke; else a column of work groups a stroke, a row an
 // invocation, for the few that cover many pixels.
+#ifdef PAIRED
+#extension GL_ARB_gpu_shader_int64 : require
+#extension GL_NV_shader_atomic_int64 : require
+#endif
 #include "common_frame.glsl"
 #include "strokes_splat.glsl"
 
@@ -32,7 +36,8 @@ void main()
 #else
     Stroke stroke = strokes[frame.picture.w - 1u - gl_WorkGroupID.x];
     Walk walk = walkOf(stroke);
-    for (int row = walk.rows.x + int(gl_LocalInvocationID.x); row < walk.rows.y; row += int(gl_WorkGroupSize.x))
+    int first = walk.rows.x + int(gl_GlobalInvocationID.y * gl_WorkGroupSize.x + gl_LocalInvocationID.x);
+    for (int row = first; row < walk.rows.y; row += int(gl_NumWorkGroups.y * gl_WorkGroupSize.x))
         splatRow(stroke, walk, row, blurredShare(stroke, walk, row));
 #endif
 }

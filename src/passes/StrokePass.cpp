@@ -13,6 +13,18 @@ namespace {
 
 /// Footprints up to this are walked by one invocation; more rows or columns are shared by a work group [px^2].
 constexpr float largestSmallFootprint = 1024;
+/// Columns of work groups that share the rows of a stroke larger than that: a drop right before the lens has thousands.
+constexpr std::uint32_t groupsPerLargeStroke = 16;
+
+/// As pass_emit_strokes.comp has it. Large groups queue less at the counters that the whole device shares.
+std::size_t emitGroupSize(const Features& features) { return features.software ? 64 : 256; }
+
+/// Whether a pixel's two sums can be added to as one number.
+bool hasPairedAtomics(const Features& features)
+{
+    return features.fog && !features.lights && epoxy_has_gl_extension("GL_ARB_gpu_shader_int64") &&
+           epoxy_has_gl_extension("GL_NV_shader_atomic_int64");
+}
 
 gl::Defines definesOf(const Features& features, std::initializer_list<const char*> more = {})
 {
@@ -23,6 +35,7 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
     if (features.lights) defines.emplace_back("LIGHTS", "");
     if (features.cameraMotion) defines.emplace_back("CAMERA_MOTION", "");
     if (!features.software) defines.emplace_back("GROUPED", "");
+    if (hasPairedAtomics(features)) defines.emplace_back("PAIRED", "");
     for (const char* word : more) defines.emplace_back(word, "");
     return defines;
 }
@@ -55,7 +68,7 @@ void StrokePass::describe(shared::FrameConstants& constants, const particles::Ce
 
 void StrokePass::run(const FrameTargets& targets, const particles::CellList& list, gl::PassTimer& timer)
 {
-    constexpr std::array<std::uint32_t, 8> noStrokes = {0, 1, 1, 0, 0, 1, 1, 0};
+    constexpr std::array<std::uint32_t, 8> noStrokes = {0, 1, 1, 0, 0, groupsPerLargeStroke, 1, 0};
     lists_.upload(noStrokes.data(), sizeof noStrokes);
     lists_.bindStorage(StrokeListsIndex);
     if (features_.nearest) {
@@ -83,7 +96,7 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     mattes_.bind(MattesUnit);
 
     // One invocation a drop; work groups in rows that no device finds too long.
-    const std::size_t groups = (list.drops + 63) / 64;
+    const std::size_t groups = (list.drops + emitGroupSize(features_) - 1) / emitGroupSize(features_);
     emit_.set("cellCount", GLuint(list.cells.size()));
     emit_.dispatch(GLuint(std::min<std::size_t>(groups, 65535)), GLuint((groups + 65534) / 65535));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
