@@ -34,7 +34,8 @@ using namespace virga;
 struct Case {
     const char* name;
     int width, height;
-    double strokes;  ///< 0: as `virga rain` draws 25 mm/h by itself, thinned out, with fog and darkening
+    double
+        strokes;  ///< 0: as `virga rain` draws 25 mm/h by itself, thinned out, with fog and darkening; -1: nearStroke()
     double exposure_s;
     bool light;               ///< fog and depth too
     bool everything = false;  ///< and splashes, blur, grade, boost, lamps, layers, depth and motion of strokes
@@ -63,8 +64,20 @@ constexpr double defaultOpacity = 5;
 /// What of the rain is drawn: all strokes over a threshold, or what `virga rain` draws by itself.
 particles::Visibility visibilityOf(const Case& c)
 {
+    if (c.strokes < 0) return {.near_m = 0.01, .far_m = 500, .threshold = 0.002};
     if (c.strokes > 0) return {.near_m = 0.5, .far_m = 500, .threshold = 0.002};
     return {.near_m = 0.8, .far_m = 200, .threshold = 0.02 / defaultOpacity, .thin = 0.08 / defaultOpacity};
+}
+
+/// One drop right before the lens: a stroke of 330 by 1,400 pixels, the height of a picture.
+particles::CellList nearStroke()
+{
+    particles::CellList list;
+    list.classes.push_back({{6e-3f, 6.001e-3f, 1000, 0}, {0, -0.02f, 0, 4}, glm::vec4(0.0f)});
+    list.cells.push_back({{1, 2, 0, 0}, {0, 0.01f, -0.02f, 0}, glm::vec4(0.0f)});
+    list.blocks = {0};
+    list.drops = 1;
+    return list;
 }
 
 double cpuSeconds()
@@ -141,7 +154,7 @@ void runOnCpu(const Case& c, const Options& options, const passes::Features& fea
         if (f == 2) cpu = cpuSeconds();
         exposure.open_s = f / 24.0;
         const Timer list;
-        const particles::CellList cells = field.cellsInView(exposure, visibility);
+        const particles::CellList cells = c.strokes < 0 ? nearStroke() : field.cellsInView(exposure, visibility);
         const double list_ms = list.milliseconds();
         beauty = ImageF(c.width, c.height, 4, 0.05f);
         const Timer all;
@@ -214,7 +227,7 @@ void run(const Case& c, const gl::Context& context, const Options& options)
         if (f == 2) cpu = cpuSeconds();
         exposure.open_s = f / 24.0;
         Timer list;
-        const particles::CellList cells = field.cellsInView(exposure, visibility);
+        const particles::CellList cells = c.strokes < 0 ? nearStroke() : field.cellsInView(exposure, visibility);
         const double list_ms = list.milliseconds();
 
         shared::FrameConstants constants = constantsOf(c, exposure, visibility);
@@ -277,6 +290,7 @@ try {
     run({"80k.720x480.1/200s.fog+depth", 720, 480, 80e3, 1 / 200.0, true}, context, options);
     run({"80k.720x480.1/200s.everything", 720, 480, 80e3, 1 / 200.0, true, true}, context, options);
     run({"300k.1920x1080.1/200s.fog+depth", 1920, 1080, 300e3, 1 / 200.0, true}, context, options);
+    run({"near.1280x1024", 1280, 1024, -1, 1 / 200.0, true}, context, options);
     run({"25mm_h.1920x1080.1/200s", 1920, 1080, 0, 1 / 200.0, false}, context, options);
     if (!context.device().isSoftware || !options.only.empty())
         run({"5M.1280x1024.1/200s.fog+depth", 1280, 1024, 5e6, 1 / 200.0, true}, context, options);

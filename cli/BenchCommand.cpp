@@ -46,7 +46,8 @@ Runner addCurves(CLI::App& command)
     command.add_option("--only", options.only, "this knob alone; several with commas (default all)")
         ->delimiter(',')
         ->type_name("KNOB,...");
-    command.add_option("--values", options.values, "set the knob to these in the place of its own")
+    command
+        .add_option("--values", options.values, "set the knob to these and its default, in the place of its own values")
         ->delimiter(',')
         ->type_name("X,...");
     command.add_option("--samples", options.samples, "folder of the sample street (default samples)")->type_name("DIR");

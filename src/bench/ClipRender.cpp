@@ -1,8 +1,8 @@
 #include "bench/ClipRender.h"
 
-#include <algorithm>
 #include <vector>
 
+#include "bench/PlainRain.h"
 #include "shot/Compositor.h"
 
 namespace virga::bench {
@@ -33,8 +33,8 @@ Measured renderClip(const Clip& clip, const shot::Settings& settings)
         compositor.render(clip.frame);
         ms.push_back(1e3 * (compositor.statistics().renderSeconds - before));
     }
-    std::nth_element(ms.begin(), ms.begin() + 2, ms.end());
-    measured.ms = ms[2];
+    measured.ms = medianOf(ms);
+    measured.lightOrder = compositor.statistics().lightOrder;
     return measured;
 }
 

@@ -10,8 +10,9 @@ namespace virga::bench {
 
 struct Measured {
     ImageF beauty;
-    ImageF effect;  ///< what rain and fog change, beauty - the graded plate
-    double ms = 0;  ///< of rendering the frame
+    ImageF effect;       ///< what rain and fog change, beauty - the graded plate
+    double ms = 0;       ///< of rendering the frame
+    int lightOrder = 0;  ///< that --env-order auto chose, or was given
 };
 
 /// A layer of a frame; black and clear where it has none of that name.

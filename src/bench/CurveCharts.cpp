@@ -53,7 +53,7 @@ void addLines(plot::Chart& chart, const Knob& knob, const std::vector<Summary>& 
             spread.x.insert(spread.x.end(), {x, x, gap});
             spread.y.insert(spread.y.end(), {row.least.front(), row.largest.front(), gap});
         }
-        if (row.value == knob.standard && row.variant.empty()) {
+        if (isStandard(knob, row.variant, row.value)) {
             standard.x.push_back(x);
             standard.y.push_back(row.mean.front());
         }

@@ -20,6 +20,15 @@ std::string escaped(const std::string& text)
     return html;
 }
 
+/// A cell of a CSV file (RFC 4180).
+std::string quoted(const std::string& text)
+{
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string cell = "\"";
+    for (const char c : text) cell += c == '"' ? "\"\"" : std::string(1, c);
+    return cell + '"';
+}
+
 /// Letters, digits, dots and dashes stay.
 std::string fileNameOf(const std::string& text)
 {
@@ -43,11 +52,10 @@ figure img { width: 270px; image-rendering: pixelated; display: block }
 
 std::string tableRow(const Knob& knob, const Summary& row)
 {
-    const bool isDefault = row.value == knob.standard && row.variant.empty();
     std::string html = fmt::format("<tr{}><td>{}<td>{}<td>{}<td>{:.3g}",
-                                   !row.value  ? " class=\"baseline\""
-                                   : isDefault ? " class=\"default\""
-                                               : "",
+                                   !row.value                                 ? " class=\"baseline\""
+                                   : isStandard(knob, row.variant, row.value) ? " class=\"default\""
+                                                                              : "",
                                    escaped(row.clip), escaped(row.value ? row.variant : knob.baseline),
                                    row.value ? fmt::format("{:g}", *row.value) : "", row.ms);
     for (std::size_t i = 0; i < row.mean.size(); ++i) {
@@ -91,8 +99,8 @@ std::string curveTable(const Knob& knob, const std::vector<Point>& points)
     for (const Measure& measure : knob.measures) csv += "," + measure.name;
     csv += "\n";
     for (const Point& p : points) {
-        csv += fmt::format("{},{},{},{},{:.4f}", p.clip, p.variant, p.value ? fmt::format("{:g}", *p.value) : "",
-                           p.seed, p.ms);
+        csv += fmt::format("{},{},{},{},{:.4f}", quoted(p.clip), quoted(p.variant),
+                           p.value ? fmt::format("{:g}", *p.value) : "", p.seed, p.ms);
         for (const double error : p.errors) csv += fmt::format(",{:.6g}", error);
         csv += "\n";
     }
@@ -135,11 +143,12 @@ void CurveReport::finish()
 
     std::string& html = sections_;
     html += fmt::format(
-        "<h2 id=\"{0}\">{1}</h2>\n<p>Truth: {2}. Time: {3}. Default: {4:g} {5} (bold, black dots). "
+        "<h2 id=\"{0}\">{1}</h2>\n<p>Truth: {2}. Time: {3}. Default: {4} (bold, black dots). "
         "<a href=\"{0}.csv\">Table</a></p>\n<p><img src=\"{0}.svg\" alt=\"{1}\"></p>\n<table>\n<tr><th>clip<th><th>{6}"
         "<th>ms",
-        knob.name, escaped(knob.title), escaped(knob.against), escaped(knob.timed), knob.standard, knob.unit,
-        knob.unit.empty() ? "value" : knob.unit);
+        knob.name, escaped(knob.title), escaped(knob.against), escaped(knob.timed),
+        knob.standardVariant.empty() ? fmt::format("{:g} {}", knob.standard, knob.unit) : knob.standardVariant,
+        knob.unit, knob.unit.empty() ? "value" : knob.unit);
     for (const Measure& m : knob.measures)
         html += fmt::format("<th title=\"{}\">{}", escaped(m.meaning), escaped(m.name));
     html += "</tr>\n";

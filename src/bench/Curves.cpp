@@ -47,7 +47,18 @@ std::string headingOf(const CurveOptions& options, const Surroundings& around)
 
 }  // namespace
 
-std::vector<Knob> allKnobs() { return pictureKnobs(); }
+bool isStandard(const Knob& knob, const std::string& variant, const std::optional<double>& value)
+{
+    return value && variant == knob.standardVariant && (!variant.empty() || *value == knob.standard);
+}
+
+std::vector<Knob> allKnobs()
+{
+    std::vector<Knob> all;
+    for (const auto some : {pictureKnobs, rainKnobs, strokeKnobs, lightKnobs, extractionKnobs})
+        for (Knob& knob : some()) all.push_back(std::move(knob));
+    return all;
+}
 
 void runCurves(const CurveOptions& options, const std::function<void(const std::string& knob, double seconds)>& told)
 {
@@ -57,7 +68,11 @@ void runCurves(const CurveOptions& options, const std::function<void(const std::
         for (Clip& clip : around.clips) clip.settings.opacity = *options.opacity;
     CurveReport report(options.out, headingOf(options, around));
     for (Knob& knob : knobs) {
-        if (!options.values.empty()) knob.values = options.values;
+        if (!options.values.empty()) {
+            knob.values = options.values;
+            if (std::find(knob.values.begin(), knob.values.end(), knob.standard) == knob.values.end())
+                knob.values.push_back(knob.standard);
+        }
         const Timer clock;
         knob.measure(knob, around, report.begin(knob));
         report.finish();

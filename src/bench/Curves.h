@@ -15,7 +15,7 @@ struct CurveOptions {
     std::string samples = "samples";  ///< the sample street
     std::string footage;              ///< three more clips; empty: the sample alone
     std::vector<std::string> only;    ///< knobs; empty: all
-    std::vector<double> values;       ///< in the place of each knob's own; empty: those
+    std::vector<double> values;       ///< in the place of each knob's own, and its default; empty: its own
     int columns = 96;                 ///< plates are averaged down to about that
     int seeds = 3;
     std::optional<double> opacity;  ///< of the strokes; nothing: the default

@@ -49,14 +49,22 @@ struct Knob {
     std::string against;    ///< what the truth is
     std::string timed = "a frame's rendering by the processor, the median of five";
     std::vector<double> values;
-    double standard = 0;            ///< the default, one of the values
-    std::vector<Measure> measures;  ///< the first one is charted against time
-    std::string baseline = {};      ///< what Points without a value are; empty: there are none
+    double standard = 0;               ///< the default, one of the values; with a standardVariant not looked at
+    std::string standardVariant = {};  ///< the variant that is the default, at the one value that it has
+    std::vector<Measure> measures;     ///< the first one is charted against time
+    std::string baseline = {};         ///< what Points without a value are; empty: there are none
     /// Measures at knob.values (which may be fewer than the knob was made with).
     std::function<void(const Knob& knob, const Surroundings&, Record&)> measure;
 };
 
-std::vector<Knob> pictureKnobs();  ///< threshold, strokes, env-order, blur, layers
+/// Whether it is the default that came out as this variant at this value.
+bool isStandard(const Knob& knob, const std::string& variant, const std::optional<double>& value);
+
+std::vector<Knob> pictureKnobs();     ///< threshold, strokes, env-order, blur, layers
+std::vector<Knob> rainKnobs();        ///< size-classes, cell-size
+std::vector<Knob> strokeKnobs();      ///< coverage, mattes, stacking
+std::vector<Knob> lightKnobs();       ///< light-order, light-map, env-projection, fog-table
+std::vector<Knob> extractionKnobs();  ///< extract-tolerance, extract-rounds
 
 /// All of them, in the order of the page.
 std::vector<Knob> allKnobs();

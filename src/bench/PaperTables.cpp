@@ -3,132 +3,55 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <thread>
 
+#include "bench/PlainRain.h"
 #include "core/Error.h"
-#include "core/Timer.h"
-#include "core/Words.h"
-#include "particles/RainField.h"
-#include "rainfall/TerminalSpeed.h"
 #include "shot/AtlasFile.h"
-#include "shot/LampReach.h"
-#include "shot/PictureRenderer.h"
 
 namespace virga::bench {
 namespace {
 
-constexpr particles::Visibility visibility{.near_m = 0.5, .far_m = 500, .threshold = 0.002};
-
-/// Drops of one size, one a cubic metre.
-rainfall::SizeClass onlySize(double diameter)
+/// The drops of a case, as many in view as it has.
+particles::RainField fieldOf(const PaperCase& c, const PlainScene& scene)
 {
-    const double square = diameter * diameter;
-    return {.d0 = diameter,
-            .d1 = diameter,
-            .numberPerVolume = 1,
-            .speed = rainfall::terminalSpeed(diameter),
-            .speedError = 0,
-            .meanDiameter = diameter,
-            .meanSquare = square,
-            .meanCube = square * diameter,
-            .weight = 1};
-}
-
-/// As many drops in view as the case has.
-particles::RainField fieldOf(const PaperCase& c, const camera::Projection& projection)
-{
-    const rainfall::DropSizes sizes(25);
-    const particles::Motion motion({.wind = {0.8, 0.0}, .gust = 0.3, .turbulence = 0.25});
-    const auto classes = c.radius_mm > 0 ? std::vector{onlySize(2e-3 * c.radius_mm)} : rainfall::makeSizeClasses(sizes);
-    const particles::RainField plain(classes, sizes.slope(), motion, 1);
-    return {classes,
-            sizes.slope(),
-            motion,
-            1,
-            c.drops / plain.expectedStrokes(projection, c.exposure_s, visibility),
-            particles::RainField::dropsPerCellFor(c.drops)};
-}
-
-/// A road 1.6 m under the camera, the sky above it.
-ImageF groundDepth(int width, int height, double focal_px)
-{
-    ImageF depth(width, height, 1, std::numeric_limits<float>::infinity());
-    for (int y = height / 2 + 1; y < height; ++y)
-        for (int x = 0; x < width; ++x) depth.at(x, y) = float(1.6 * focal_px / (y + 0.5 - 0.5 * height));
-    return depth;
-}
-
-shared::FrameConstants constantsOf(const PaperCase& c, const camera::Projection& projection)
-{
-    shared::FrameConstants constants{};
-    constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
-    const auto focal = float(projection.focal_px);
-    constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
-    constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold), 1};
-    constants.focus = {0, 0.1f, float(c.exposure_s), 20};
-    constants.picture = {c.width, c.height, 0, 0};
-    constants.lights.x = c.lamps ? 1 : 0;
-    constants.medium.x = c.lamps ? 0.005f : 0.0f;
-    return constants;
-}
-
-double medianOf(std::vector<double> values)
-{
-    if (values.empty()) return 0;
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
+    if (c.radius_mm > 0) return fieldOfSize(2e-3 * c.radius_mm, scene, c.drops, 1);
+    const double expected =
+        fieldOfRate(25, 1).expectedStrokes(exposureOf(scene, 0).projection, c.exposure_s, scene.visibility);
+    return fieldOfRate(25, 1, c.drops / expected, particles::RainField::dropsPerCellFor(c.drops));
 }
 
 PaperResult measure(const PaperCase& c, const TableOptions& options)
 {
-    particles::Exposure exposure;
-    exposure.duration_s = c.exposure_s;
-    exposure.projection = camera::projectionFromHorizontalFov(c.width, c.height, c.fov_deg * std::numbers::pi / 180);
-    const particles::RainField field = fieldOf(c, exposure.projection);
-    passes::Features features;
-    features.rain = true;
-    features.fog = features.depth = c.environment;
-    features.lights = c.lamps;
-    const std::vector<float> ringTransfer = c.lamps ? shot::ringTransferTable() : std::vector<float>();
-    const auto renderer = shot::makePictureRenderer(
-        {c.width, c.height, features, shot::builtInAtlas(1), grade::ColorLut{}, ringTransfer, options.device, {}});
-    const ImageF depth = groundDepth(c.width, c.height, exposure.projection.focal_px), white(64, 32, 3, 0.9f);
-    if (c.environment) renderer->setDepth(depth);
-    if (c.environment) renderer->setFogTable(std::vector<float>(shared::fogTableSize, 0.05f));
-    renderer->setDropRadiance(white, white);
-    const shared::PointLight lamp{{1, 1, -6, 0.1f}, {2, 1, 0.5f, 0}};
-    if (c.lamps) renderer->setLamps({&lamp, 1});
-
+    const PlainScene scene{.width = c.width,
+                           .height = c.height,
+                           .fov_deg = c.fov_deg,
+                           .exposure_s = c.exposure_s,
+                           .environment = c.environment,
+                           .lamps = c.lamps};
+    const particles::RainField field = fieldOf(c, scene);
+    PlainRain rain(scene, shot::builtInAtlas(1), options.device);
     PaperResult result;
     result.of = c;
-    result.device = renderer->device();
-    std::map<std::string, std::vector<double>> times;
-    for (int frame = -1; frame < options.frames; ++frame) {
-        exposure.open_s = (frame + 1) / 24.0;
-        ImageF plate(c.width, c.height, 4, 0.05f);
-        const Timer clock;
-        const particles::CellList cells = field.cellsInView(exposure, visibility);
-        const double cells_ms = clock.milliseconds();
-        const shot::DrawnPicture drawn =
-            renderer->render({.pixels = std::move(plate), .rows = nullptr, .canvas = nullptr},
-                             constantsOf(c, exposure.projection), cells, glm::mat3(1.0f));
-        result.drawn = drawn.strokes;
-        if (frame < 0) continue;  // compiles and warms up
-        times["frame"].push_back(clock.milliseconds());
-        times["cells"].push_back(cells_ms);
-        for (const auto& [name, ms] : drawn.passMs) times[name].push_back(ms);
+    result.device = rain.device();
+    rain.render(field);  // compiles and warms up
+    std::vector<double> all, cells, drops, strokes, composite;
+    for (int frame = 1; frame <= options.frames; ++frame) {
+        const PlainRain::Frame drawn = rain.render(field, frame);
+        result.drawn = drawn.picture.strokes;
+        all.push_back(drawn.all_ms);
+        cells.push_back(drawn.cells_ms);
+        drops.push_back(drawn.passMs("drops"));
+        strokes.push_back(drawn.passMs("strokes"));
+        composite.push_back(drawn.passMs("light") + drawn.passMs("composite"));
     }
-    result.cells_ms = medianOf(times["cells"]);
-    result.drops_ms = medianOf(times["drops"]);
-    result.strokes_ms = medianOf(times["strokes"]);
-    result.composite_ms = medianOf(times["composite"]) + medianOf(times["light"]);
+    result.cells_ms = medianOf(cells);
+    result.drops_ms = medianOf(drops);
+    result.strokes_ms = medianOf(strokes);
+    result.composite_ms = medianOf(composite);
     switch (c.timed) {
-        case Timed::Frame: result.ms = medianOf(times["frame"]); break;
+        case Timed::Frame: result.ms = medianOf(all); break;
         case Timed::Animation: result.ms = result.cells_ms + result.drops_ms; break;
         case Timed::Drawing: result.ms = result.strokes_ms + result.composite_ms; break;
     }

@@ -34,6 +34,8 @@ struct PictureKnob {
     bool hasSeeds = true;  ///< else another seed is the same picture
     bool hasRain = true;   ///< else rain's statistics are left out
     std::vector<Variant> variants = {{"", [](Settings&) {}}};
+    /// At this value the program chooses for itself, and the point stands where it did, as variant "auto".
+    std::optional<double> automatic = {};
 };
 
 std::vector<Measure> measuresOf(const PictureKnob& how)
@@ -88,7 +90,9 @@ void measureClip(const Knob& knob, const PictureKnob& how, const Clip& clip, int
                 variant.set(turned);
                 if (!how.isOneTruth) truth = how.truth(clip, turned, value);
                 const Measured ours = how.render(clip, turned, value);
-                record.point({clip.name, variant.name, value, seed, ours.ms, errorsOf(how, clip, ours, *truth)});
+                const bool isAutomatic = value == how.automatic;
+                record.point({clip.name, isAutomatic ? "auto" : variant.name, isAutomatic ? ours.lightOrder : value,
+                              seed, ours.ms, errorsOf(how, clip, ours, *truth)});
                 const bool isShown =
                     value == knob.standard || value == knob.values.front() || value == knob.values.back();
                 if (seed > 1 || !isShown) continue;
@@ -208,15 +212,19 @@ Knob strokes()
     return finished(std::move(knob), how);
 }
 
+constexpr double automaticOrder = -1;
+
 Knob order()
 {
     Knob knob;
     knob.name = "env-order";
-    knob.title = "--env-order, which auto takes for 8 on the street";
+    knob.title = "--env-order";
     knob.against = "the panorama integrated for each pixel; 400 mm/h without fog, so that the strokes' light counts";
-    knob.values = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 64};
-    knob.standard = 8;
+    knob.values = {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 24, 32, 64, automaticOrder};
+    knob.standard = automaticOrder;
+    knob.standardVariant = "auto";
     PictureKnob how;
+    how.automatic = automaticOrder;
     how.hasSeeds = false;
     how.prepare = [](Settings& s) {
         s.rate_mm_h = 400;
@@ -224,7 +232,7 @@ Knob order()
         s.threshold = 0.005;
     };
     how.render = [](const Clip& clip, Settings s, double value) {
-        s.envOrder = value;
+        if (value != automaticOrder) s.envOrder = value;
         return renderClip(clip, s);
     };
     how.truth = byReference({.allDrops = false, .samples = 16, .widestPanorama = 1024});

@@ -38,7 +38,7 @@ class Page(HTMLParser):
 
 
 class Curves(CliTest):
-    def check(self, out, knob, values):
+    def check(self, out, knob, values=None):
         """Table, charts and page of one knob in the folder `out`; returns the table's rows."""
         folder = self.folder / out
         with open(folder / f"{knob}.csv", newline="") as file:
@@ -50,7 +50,8 @@ class Curves(CliTest):
             for name, cell in row.items():
                 if name not in ("clip", "variant") and not (name == "value" and cell == ""):
                     self.assertTrue(abs(float(cell)) < 1e12, f"{name}: {cell}")
-        self.assertEqual({float(row["value"]) for row in rows if row["value"]}, set(values))
+        if values:
+            self.assertEqual({float(row["value"]) for row in rows if row["value"]}, set(values))
         charts = ElementTree.parse(folder / f"{knob}.svg").getroot()
         self.assertTrue(charts.tag.endswith("svg"))
         self.assertIn("default", "".join(charts.itertext()))
@@ -81,9 +82,70 @@ class Curves(CliTest):
         self.assertGreater(by[10], 10 * by[23])
 
     def test_twoKnobsOnOnePage(self):
-        self.succeeds("bench", "curves", "-o", "two", "--only", "layers,blur", "--values", "2", *TINY)
+        self.succeeds("bench", "curves", "-o", "two", "--only", "layers,blur", "--values", "2,10", *TINY)
         page = (self.folder / "two" / "index.html").read_text()
         self.assertEqual(re.findall(r'<h2 id="(\w+)"', page), ["layers", "blur"])
+
+    def curve(self, knob, values, seeds=1):
+        """Rows of a knob at a few values and its default."""
+        self.succeeds("bench", "curves", "-o", knob, "--only", knob, "--values", values, "--samples", SAMPLES, "--footage", "",
+                      "--columns", "32", "--seeds", seeds)
+        return self.check(knob, knob)
+
+    def test_moreClassesFallMoreTruly(self):
+        rows = self.curve("size-classes", "8")
+        for rate in ("5 mm/h", "25 mm/h", "100 mm/h"):
+            by = {row["value"]: float(row["speed_rms"]) for row in rows if row["clip"] == rate}
+            self.assertLess(by["32"], 0.35 * by["8"])
+            self.assertLess(by["32"], 0.015)
+        self.assertLess(max(float(row["size_distance"]) for row in rows), 0.012)
+
+    def test_cellsDoNotChangeTheRain(self):
+        for row in self.curve("cell-size", "1,64"):
+            self.assertLess(abs(float(row["count"])), 4.5, row)
+            self.assertLess(float(row["size_distance"]), 0.012, row)
+            self.assertGreaterEqual(float(row["listed"]), 1)
+
+    def test_coverageConverges(self):
+        rows = self.curve("coverage", "1,8")
+        for look in {row["clip"] for row in rows}:
+            by = {row["variant"] or row["value"]: row for row in rows if row["clip"] == look}
+            self.assertLess(float(by["8"]["rmse"]), 0.2 * float(by["1"]["rmse"]))
+            self.assertLess(float(by["as drawn"]["rmse"]), float(by["1"]["rmse"]))
+            self.assertAlmostEqual(float(by["as drawn"]["mass"]), 1, delta=0.01)
+
+    def test_mattes(self):
+        for row in self.curve("mattes", "4"):
+            self.assertAlmostEqual(float(row["mass"]), 1, delta=0.02)
+
+    def test_finerStepsStackBetter(self):
+        rows = self.curve("stacking", "12")
+        for pile in {row["clip"] for row in rows}:
+            by = {row["value"]: float(row["rmse"]) for row in rows if row["clip"] == pile}
+            self.assertLess(by["18"], 0.1 * by["12"])
+            self.assertLess(by["18"], 1e-4)
+
+    def test_light(self):
+        by = {row["variant"] or row["value"]: float(row["rms"]) for row in self.curve("light-order", "1,16")}
+        self.assertLess(by["16"], by["auto"])
+        self.assertLess(by["auto"], 0.0075)  # half as much again as --env-order auto aims at
+        self.assertGreater(by["1"], 0.1)
+        by = {row["variant"] or row["value"]: float(row["rms"]) for row in self.curve("light-map", "16,256")}
+        self.assertGreater(by["16"], 3 * by["256"])
+        self.assertAlmostEqual(by["as baked"], by["256"], delta=0.001)
+
+    def test_projection(self):
+        by = {row["variant"] or row["value"]: float(row["rms"]) for row in self.curve("env-projection", "32")}
+        self.assertLess(by["whole"], 1e-4)
+        self.assertGreater(by["32"], 0.01)
+
+    def test_fogTable(self):
+        by = {row["value"]: float(row["max"]) for row in self.curve("fog-table", "16")}
+        self.assertLess(by["256"], 0.2 * by["16"])
+
+    def test_extraction(self):
+        for row in self.curve("extract-rounds", "1"):
+            self.assertLess(float(row["alpha_rmse"]), 0.02)
 
     @unittest.skipUnless(os.environ.get("VIRGA_FOOTAGE_DIR"), "VIRGA_FOOTAGE_DIR is not set")
     def test_footage(self):
