@@ -120,6 +120,10 @@ int rain(const RainArguments& arguments)
         shot::saveSettings(settings, arguments.saveSettings);
     }
 
+    if (arguments.explain)
+        job.onPlan = [](const std::vector<shot::MemoryUse>& uses) {
+            std::fputs(fmt::format("{:<17} {:<19} {}\n", "memory", "on", shot::memoryWords(uses)).c_str(), stderr);
+        };
     noteInterrupts();
     shot::RainReport report;
     {

@@ -91,4 +91,17 @@ void Texture::setWrap(GLenum s, GLenum t)
     glTextureParameteri(name_, GL_TEXTURE_WRAP_T, GLint(t));
 }
 
+std::size_t Texture::bytes() const
+{
+    const auto bytesPerTexel = [this]() -> std::size_t {
+        switch (format_) {
+            case GL_RGBA32F: return 16;
+            case GL_RGB32F: return 12;
+            case GL_RGBA16F: return 8;
+            default: return 4;
+        }
+    };
+    return name_ == 0 ? 0 : bytesPerTexel() * std::size_t(width_) * std::size_t(height_) * std::size_t(depth_);
+}
+
 }  // namespace virga::gl

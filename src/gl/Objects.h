@@ -75,6 +75,7 @@ public:
     int height() const { return height_; }
     int depth() const { return depth_; }
     GLenum format() const { return format_; }
+    std::size_t bytes() const;  ///< of level 0
     explicit operator bool() const { return name_ != 0; }
 
     /// Whole level 0 from memory: format GL_RGBA, GL_RED, ...; type GL_FLOAT, GL_HALF_FLOAT, ...; rows packed.

@@ -1,10 +1,12 @@
 #include "io/BackgroundQueue.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace virga::io {
 
-BackgroundQueue::BackgroundQueue(int threads, std::size_t capacity) : capacity_(capacity)
+BackgroundQueue::BackgroundQueue(int threads, std::size_t capacity, std::size_t mostBytes)
+    : capacity_(capacity), mostBytes_(mostBytes)
 {
     for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
 }
@@ -20,12 +22,18 @@ BackgroundQueue::~BackgroundQueue()
     for (std::thread& thread : threads_) thread.join();
 }
 
-void BackgroundQueue::push(std::function<void()> job)
+bool BackgroundQueue::hasRoomFor(std::size_t bytes) const
+{
+    return jobs_.size() < capacity_ && (held_ == 0 || bytes <= mostBytes_ - std::min(held_, mostBytes_));
+}
+
+void BackgroundQueue::push(std::function<void()> job, std::size_t bytes)
 {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return problem_ || jobs_.size() < capacity_; });
+    changed_.wait(lock, [&] { return problem_ || hasRoomFor(bytes); });
     if (problem_) std::rethrow_exception(problem_);
-    jobs_.push_back(std::move(job));
+    jobs_.push_back({std::move(job), bytes});
+    held_ += bytes;
     changed_.notify_all();
 }
 
@@ -42,22 +50,24 @@ void BackgroundQueue::work()
     for (;;) {
         changed_.wait(lock, [&] { return stopping_ || !jobs_.empty(); });
         if (stopping_) return;
-        std::function<void()> job = std::move(jobs_.front());
+        Job job = std::move(jobs_.front());
         jobs_.pop_front();
         ++running_;
         changed_.notify_all();
         lock.unlock();
         std::exception_ptr problem;
         try {
-            job();
+            job.run();
         } catch (...) {
             problem = std::current_exception();
         }
-        job = nullptr;  // what it holds is freed without the lock
+        job.run = nullptr;  // what it holds is freed without the lock
         lock.lock();
         --running_;
+        held_ -= job.bytes;
         if (problem && !problem_) {
             problem_ = problem;
+            for (const Job& dropped : jobs_) held_ -= dropped.bytes;
             jobs_.clear();
         }
         changed_.notify_all();

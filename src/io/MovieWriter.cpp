@@ -102,7 +102,7 @@ public:
     void write(RenderedFrame frame) override
     {
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));
-        queue_.push([this, shared] { encode(*shared); });
+        queue_.push([this, shared] { encode(*shared); }, bytesOf(*shared));
     }
 
     void finish() override
@@ -348,7 +348,7 @@ private:
     std::vector<std::int64_t> sentTimes_;             // of all frames, for decoding times
     std::size_t packets_ = 0;
     std::int64_t lastDecoding_ = 0;
-    BackgroundQueue queue_{1, 2};  // last, so that its thread ends before what it uses
+    BackgroundQueue queue_{1, 2, mostBytesToWrite};  // last, so that its thread ends before what it uses
 };
 
 }  // namespace

@@ -16,6 +16,19 @@
 
 namespace virga::io {
 
+std::size_t bytesOf(const RenderedFrame& frame)
+{
+    std::size_t values = frame.beauty.size() + frame.around.size();
+    for (const Layer& layer : frame.layers) values += layer.pixels.size();
+    return values * sizeof(float);
+}
+
+std::size_t framesReadAhead(const PlateInfo& info)
+{
+    const double bytes = 16.0 * std::max(1, info.width) * std::max(1, info.height);
+    return std::size_t(std::clamp(400e6 / bytes, 1.0, 8.0));
+}
+
 namespace fs = std::filesystem;
 
 namespace {

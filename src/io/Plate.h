@@ -133,6 +133,9 @@ public:
     virtual std::optional<PlateFrame> read(FrameNumber number) = 0;
 };
 
+/// Frames that a reader holds before they are asked for, or reads: about 400 MB of them, one to eight.
+std::size_t framesReadAhead(const PlateInfo& info);
+
 /// Opens a movie, one image, a pattern ("shot.%04d.exr", "shot.####.exr"), or the one sequence in a folder. Throws
 /// Error(Input).
 std::unique_ptr<PlateReader> openPlate(const std::string& path, const ReadOptions& options);
@@ -157,6 +160,9 @@ struct WriteOptions {
     MovieOptions movie{};
     Timeline* timeline = nullptr;  ///< gets what the writer's threads do; must outlive the writer
 };
+
+/// What a writer's frames that are not written yet hold at most [bytes], unless one alone is larger.
+constexpr std::size_t mostBytesToWrite = std::size_t(1) << 30;
 
 /// One named image of a frame: channel c of `pixels` is written as "<name>.<channels[c]>".
 struct Layer {

@@ -24,7 +24,7 @@ class ScheduledReader final : public SourcedReader {
 public:
     ScheduledReader(std::unique_ptr<FrameSource> source, const ReadOptions& options)
         : source_(std::move(source)), onError_(options.onError), timeline_(options.timeline),
-          ahead_(framesAhead(source_->info()))
+          ahead_(framesReadAhead(source_->info()))
     {
     }
 
@@ -73,13 +73,6 @@ public:
     }
 
 private:
-    /// About 400 MB of frames, at least two so that loading and using overlap.
-    static std::size_t framesAhead(const PlateInfo& info)
-    {
-        const double bytes = 16.0 * std::max(1, info.width) * std::max(1, info.height);
-        return std::size_t(std::clamp(400e6 / bytes, 2.0, 8.0));
-    }
-
     void stopThreads()
     {
         {

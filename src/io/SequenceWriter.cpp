@@ -54,10 +54,12 @@ public:
                         "{}: is one image, but there are several frames; name a pattern such as shot.%04d.exr",
                         pattern_);
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));
-        queue_.push([this, shared] {
-            const StageSpan span(options_.timeline, "writer", "write", shared->number);
-            writeFile(*shared);
-        });
+        queue_.push(
+            [this, shared] {
+                const StageSpan span(options_.timeline, "writer", "write", shared->number);
+                writeFile(*shared);
+            },
+            bytesOf(*shared));
     }
 
     void finish() override
@@ -276,7 +278,7 @@ private:
     std::shared_ptr<const ColorTransform> toFile_;
     int written_ = 0;
     std::atomic<std::size_t> clamped_ = 0;
-    BackgroundQueue queue_{writerThreads(), 2};  // last, so that its threads end before what they use
+    BackgroundQueue queue_{writerThreads(), 2, mostBytesToWrite};  // last, so that its threads end before what they use
 };
 
 }  // namespace

@@ -26,6 +26,9 @@ MovieCopyResult copyMoviePackets(const std::string& path, const MovieOrigin& ori
                                  const std::vector<FrameNumber>& frames, const std::string& container,
                                  const std::function<bool(std::size_t copied)>& goesOn);
 
+/// What a frame's pixels take up.
+std::size_t bytesOf(const RenderedFrame& frame);
+
 /// The space that pictures go out in if nobody asked for one: the plate's own where the file can hold it; its linear
 /// light in floating point files; its linear light with the sRGB curve in files of integers or movies.
 std::string defaultOutputColorspace(const PlateInfo& plate, bool outputIsFloat);

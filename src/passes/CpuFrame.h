@@ -94,6 +94,12 @@ struct BandedList {
     std::vector<Item> items;
     std::vector<std::vector<std::uint32_t>> ofBand;
 
+    std::size_t bytes() const
+    {
+        std::size_t all = items.capacity() * sizeof(Item);
+        for (const auto& band : ofBand) all += band.capacity() * sizeof(std::uint32_t);
+        return all;
+    }
     void clear(int bands)
     {
         items.clear();

@@ -5,6 +5,7 @@
 #include <glm/packing.hpp>
 #include <limits>
 #include <mutex>
+#include <thread>
 
 #include "core/Parallel.h"
 #include "core/Timer.h"
@@ -309,6 +310,22 @@ void CpuRenderer::render(const RowSource& plate, RowSink& result, const shared::
 std::size_t CpuRenderer::strokeCount() const { return impl_->strokes; }
 std::size_t CpuRenderer::splashCount() const { return impl_->splashes; }
 const std::map<std::string, double>& CpuRenderer::passMs() const { return impl_->passMs; }
+std::size_t CpuRenderer::bytes() const
+{
+    const Impl& m = *impl_;
+    std::size_t all = 0;
+    for (const StrokeList& list : m.lists) all += list.bytes() + list.lamps.capacity() * sizeof(glm::vec3);
+    for (const SplashList& list : m.splashLists) all += list.bytes();
+    std::size_t values = m.frame.mattes.prefix.size() + m.frame.mattes.densities.size() + m.frame.lut.size();
+    for (const ImageF* image : {&m.radiance, &m.lowPass, &m.frame.lightGrid, &m.frame.lowPassGrid, &m.layers.rain,
+                                &m.layers.splash, &m.layers.fog, &m.layers.plate, &m.nearestDepth, &m.nearestMotion})
+        values += image->size();
+    const std::size_t sumsOfBand = std::size_t(bandRows) * std::size_t(m.frame.width()) *
+                                   std::size_t(m.frame.sumsPerPixel()) * (m.frame.features.splashes ? 2 : 1);
+    values += sumsOfBand * std::thread::hardware_concurrency();
+    return all + values * sizeof(float);
+}
+
 ImageF CpuRenderer::takeRain() { return std::move(impl_->layers.rain); }
 ImageF CpuRenderer::takeSplash() { return std::move(impl_->layers.splash); }
 ImageF CpuRenderer::takeFog() { return std::move(impl_->layers.fog); }

@@ -48,6 +48,7 @@ public:
 
     // Of the last frame.
     std::size_t strokeCount() const, splashCount() const;
+    std::size_t bytes() const;  ///< of the lists, grids and maps that it keeps, its layers, and a thread's sums for each
     const std::map<std::string, double>& passMs() const;      ///< by the names of the GL passes
     ImageF takeRain(), takeSplash(), takeFog(), takePlate();  ///< features.layers
     ImageF takeNearestDepth(), takeNearestMotion();           ///< features.nearest; as FrameTargets'

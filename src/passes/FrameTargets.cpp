@@ -169,6 +169,18 @@ void FrameTargets::bindLightMaps() const
     if (lowPass_) lowPass_.bind(LowPassUnit);
 }
 
+std::size_t FrameTargets::bytes() const
+{
+    std::size_t all = 0;
+    for (const gl::Buffer* buffer : {&constants_, &accumulators_, &splashAccumulators_, &beauty_, &layers_, &lights_,
+                                     &nearestDepth, &nearestMotion})
+        all += buffer->bytes();
+    for (const gl::Texture* texture : {&plate, &blurA, &blurB, &lightGrid, &lowPassGrid, &depth_, &fogTable_,
+                                       &dropRadiance_, &lowPass_, &lut_, &ringTransfer_})
+        all += texture->bytes();
+    return all;
+}
+
 ImageF FrameTargets::readPixels(const gl::Buffer& buffer, std::size_t firstPixel) const
 {
     ImageF image(width_, height_, 4);

@@ -68,6 +68,8 @@ public:
     void bind() const;
     void bindLightMaps() const;
 
+    std::size_t bytes() const;  ///< of all that is made here, on the device
+
     ImageF readBeauty() const;
     enum class LayerIndex { Rain, Splash, Fog, Plate };
     ImageF readLayer(LayerIndex layer) const;

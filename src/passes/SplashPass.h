@@ -20,6 +20,8 @@ public:
     static constexpr std::size_t countBytes = 4 * sizeof(std::uint32_t);
     static std::size_t splashesIn(const void* count);
 
+    std::size_t bytes() const { return splashes_.bytes() + list_.bytes(); }  ///< on the device
+
 private:
     gl::Program emit_, splat_;
     gl::Buffer splashes_, list_;

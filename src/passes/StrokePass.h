@@ -30,6 +30,12 @@ public:
     static constexpr std::size_t countBytes = 8 * sizeof(std::uint32_t);
     static std::size_t strokesIn(const void* count);
 
+    std::size_t bytes() const  ///< of its buffers and mattes, on the device
+    {
+        return cells_.bytes() + blocks_.bytes() + classes_.bytes() + strokes_.bytes() + lists_.bytes() +
+               alongPrefix_.bytes() + mattes_.bytes();
+    }
+
 private:
     void splat(const gl::Program& small, const gl::Program& large) const;
 

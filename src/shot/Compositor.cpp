@@ -305,6 +305,16 @@ void Compositor::complete()
 
 const CompositorStatistics& Compositor::statistics() const { return impl_->statistics; }
 
+double Compositor::expectedStrokes() const
+{
+    const Impl& m = *impl_;
+    if (!m.plan.features.rain) return 0;
+    const particles::Exposure exposure = m.exposureAt(m.shot.firstFrame);
+    return m.rain->field().expectedStrokes(exposure.projection, exposure.duration_s, m.rain->visibility(exposure));
+}
+
+bool Compositor::drawsByShaders() const { return impl_->renderer != nullptr && impl_->renderer->isOpenGl(); }
+
 std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
 {
     std::vector<io::Layer> layers;
@@ -383,6 +393,10 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSi
         m.inFlight.push_back(handed);
     else
         m.add(drawn, handed);
+    const std::size_t depthBytes = (m.usedDepth ? m.usedDepth->metres.size() * sizeof(float) : 0) +
+                                   (m.farthestDepth ? m.farthestDepth->bytes() : 0);
+    statistics.rendererBytes = std::max(statistics.rendererBytes,
+                                        m.renderer->bytes() + depthBytes + cells.cells.size() * sizeof(shared::Cell));
     statistics.hiddenCells += cells.hiddenCells;
     statistics.samePlates += isSamePlate ? 1 : 0;
     statistics.lampsLeftOut += m.lamps.size() - m.lampsInUse;

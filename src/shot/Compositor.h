@@ -35,6 +35,8 @@ public:
     std::size_t framesInFlight() const override;
     void complete() override;
     const CompositorStatistics& statistics() const override;
+    double expectedStrokes() const override;
+    bool drawsByShaders() const override;
 
 private:
     struct Impl;

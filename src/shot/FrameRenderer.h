@@ -18,6 +18,7 @@ struct CompositorStatistics {
     std::map<std::string, double> passMs;  ///< summed over the frames
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
+    std::size_t rendererBytes = 0;   ///< buffers, lists and depth of the renderer, the most that they came to
     std::size_t hiddenCells = 0;     ///< of drops behind the scene's depth, not looked into; summed over the frames
     std::size_t samePlates = 0;      ///< frames with the pixels of the one before
     std::size_t lampsLeftOut = 0;    ///< as their light does not arrive; summed over the frames
@@ -48,6 +49,10 @@ public:
     /// Whether it takes plates as Pixels::Rows, and canvases.
     virtual bool takesRows() const { return false; }
     virtual const CompositorStatistics& statistics() const = 0;
+    /// Strokes that a frame will have, about; for planMemory.
+    virtual double expectedStrokes() const { return 0; }
+    /// Whether its buffers are OpenGL's.
+    virtual bool drawsByShaders() const { return false; }
 };
 
 }  // namespace virga::shot

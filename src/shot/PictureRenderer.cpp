@@ -44,7 +44,12 @@ public:
         context_->check("opening the passes");
     }
 
+    bool isOpenGl() const override { return true; }
     std::string device() const override { return context_->device().renderer; }
+    std::size_t bytes() const override
+    {
+        return targets_->bytes() + (strokes_ ? strokes_->bytes() : 0) + (splashes_ ? splashes_->bytes() : 0);
+    }
     void keepPlate() override { keepsPlate_ = true; }
     bool takesRows() const override { return true; }
     std::size_t picturesInFlight() const override { return passes::transfersInFlight - 1; }
@@ -208,7 +213,9 @@ public:
         if (setup.features.colorTransfer) renderer_.setLut(setup.lut.rgb);
     }
 
+    bool isOpenGl() const override { return false; }
     std::string device() const override { return "processor, without OpenGL"; }
+    std::size_t bytes() const override { return renderer_.bytes(); }
     void keepPlate() override {}  // it draws over the plate
     bool takesRows() const override { return !hasBlur_; }
     void setDepth(ConstImageViewF metres) override { renderer_.setDepth(metres); }

@@ -51,7 +51,10 @@ public:
     virtual ~PictureRenderer() = default;
     /// For the report: GL_RENDERER, or the processor.
     virtual std::string device() const = 0;
+    virtual bool isOpenGl() const = 0;
 
+    /// What it holds of its own after a frame: on the device, if that is one, without the pictures that it gave away.
+    virtual std::size_t bytes() const = 0;
     virtual void keepPlate() = 0;                       ///< the next frame's plate has the pixels of the last one's
     /// Whether PlateInput may have rows, and a canvas.
     virtual bool takesRows() const { return false; }

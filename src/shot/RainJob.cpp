@@ -92,6 +92,19 @@ std::unique_ptr<OverscanRenderer> overscanRendererOf(const Settings& settings, c
         CompositorOptions{.wanted = {}, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
 }
 
+MemoryDemand demandOf(const Settings& settings, const RainJobOptions& options, const FrameRenderer& renderer,
+                      const std::vector<FrameNumber>& frames, const io::PlateInfo& plate)
+{
+    const bool isImage = io::isImageName(options.output);
+    return {.frames = frames.size(),
+            .strokes = renderer.expectedStrokes(),
+            .isDepthAnImage = !settings.depth.empty(),
+            .writesSequence = isImage,
+            .writesHalf = isImage && io::imageFormatOf(options.output) == "openexr" &&
+                          (options.half || !plate.isFloat || plate.bitDepth == 16) && !settings.floatOutput,
+            .byShaders = renderer.drawsByShaders()};
+}
+
 double peakMemory_mb()
 {
     rusage usage{};
@@ -189,6 +202,10 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
 
     report.plate = plate;
     report.plan = renderer->plan();
+    const std::vector<MemoryUse> memory =
+        planMemory(report.plan, plate, demandOf(settings, options, *renderer, frames, plate));
+    report.plannedBytes = totalBytes(memory);
+    if (options.onPlan) options.onPlan(memory);
     report.startSeconds = start.seconds();
 
     ContactSheet sheet(options.preview, frames);
@@ -317,6 +334,8 @@ std::string reportJson(const RainReport& report, const Settings& settings)
           {"unchanged_plates", s.samePlates}}},
         {"device", s.device},
         {"peak_memory_mb", peakMemory_mb()},
+        {"planned_memory_mb", report.plannedBytes / 1048576},
+        {"renderer_memory_mb", double(s.rendererBytes) / 1048576},
         {"plate",
          {{"path", report.plate.path},
           {"format", report.plate.format},

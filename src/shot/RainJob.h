@@ -8,6 +8,7 @@
 
 #include "core/Timer.h"
 #include "shot/Compositor.h"
+#include "shot/MemoryPlan.h"
 #include "shot/ReferenceRenderer.h"
 #include "shot/Settings.h"
 
@@ -23,6 +24,8 @@ struct RainJobOptions {
     std::string timeline;  ///< what each thread did when, JSON (core/Timeline.h); empty: nobody wants it
     std::string device = "auto";
     std::string shaderFolder;
+    /// Told before the first frame what the job will hold; may be empty.
+    std::function<void(const std::vector<MemoryUse>&)> onPlan{};
     std::optional<ReferenceOptions> reference;  ///< render by the reference instead
 };
 
@@ -41,6 +44,7 @@ struct RainReport {
     std::vector<FrameNumber> frames;          ///< written
     std::vector<std::string> repairedFrames;  ///< sentences: held or skipped, and why
     double seconds = 0;                       ///< from the first read to the last write
+    double plannedBytes = 0;                  ///< see planMemory
     double startSeconds = 0;                  ///< from the command to the first read
     bool stopped = false;                     ///< by the user, after the frames listed
     std::size_t keptFrames = 0;               ///< by RainJobOptions::resume
