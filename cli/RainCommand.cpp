@@ -9,6 +9,7 @@
 #include "Interrupt.h"
 #include "ProgressBar.h"
 #include "core/Error.h"
+#include "core/KeptFiles.h"
 #include "core/Log.h"
 #include "io/AtomicFile.h"
 #include "shot/Parameters.h"
@@ -24,7 +25,7 @@ struct RainArguments {
     std::string settingsFile, matchFile, saveSettings;
     std::string reference;  // "" not asked for
     int referenceSamples = shot::ReferenceOptions().samples;
-    bool explain = false, half = false, check = false;
+    bool explain = false, half = false, check = false, noCache = false;
     std::vector<std::string> values;    // one text a parameter, in the table's order
     std::vector<CLI::Option*> options;  // the same
 };
@@ -113,6 +114,7 @@ int rain(const RainArguments& arguments)
     if (!arguments.reference.empty())
         job.reference = shot::ReferenceOptions{.allDrops = shot::drawsAllDrops(arguments.reference),
                                                .samples = arguments.referenceSamples};
+    if (!arguments.noCache) job.cacheFolder = keptFilesFolder();
     if (arguments.check) return check(arguments, settings, job);
     if (!arguments.saveSettings.empty()) {
         if (io::isSameFile(arguments.saveSettings, job.plate))
@@ -222,6 +224,11 @@ Runner addRainCommand(CLI::App& app, CLI::App*& command)
         ->group(group);
     command->add_option("--shader-dir", a.job.shaderFolder, "take shaders from this folder (for developing)")
         ->type_name("FOLDER")
+        ->group(group);
+
+    command
+        ->add_flag("--no-cache", a.noCache,
+                   "neither use nor keep compiled shaders and the light of panoramas (in XDG_CACHE_HOME/virga)")
         ->group(group);
 
     const auto table = shot::parameters();

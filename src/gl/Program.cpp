@@ -1,12 +1,80 @@
 #include "gl/Program.h"
 
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <vector>
+
 #include "core/Error.h"
 
 namespace virga::gl {
 
-Program::Program(const std::string& path, const Defines& defines, const std::string& shaderFolder)
+namespace {
+
+/// All that a program's binary depends on.
+std::string keyOf(const ShaderSource& source)
 {
-    const ShaderSource source = loadShader(path, defines, shaderFolder);
+    std::string key;
+    for (const GLenum name : {GL_VENDOR, GL_RENDERER, GL_VERSION}) {
+        const GLubyte* text = glGetString(name);
+        key += text != nullptr ? reinterpret_cast<const char*>(text) : "";
+        key += '\n';
+    }
+    return key + source.text;
+}
+
+}  // namespace
+
+Program::Program(const std::string& path, const Defines& defines, const ShaderPlaces& places)
+{
+    constexpr const char* kind = "program";
+    const ShaderSource source = loadShader(path, defines, places.folder);
+    const std::string key = keyOf(source);
+    const std::optional<std::string> kept = places.programs.load(kind, key);
+    if (kept && takeBinary(*kept)) return;
+    build(path, source);
+    if (const std::string made = binary(); !made.empty()) places.programs.store(kind, key, made);
+}
+
+/// The format and then the bytes, as the driver gives them; empty if it gives none.
+std::string Program::binary() const
+{
+    GLint formats = 0, bytes = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+    if (formats == 0) return {};
+    glGetProgramiv(name_, GL_PROGRAM_BINARY_LENGTH, &bytes);
+    if (bytes <= 0) return {};
+    std::string all(sizeof(GLenum) + std::size_t(bytes), '\0');
+    GLenum format = 0;
+    GLsizei length = 0;
+    glGetProgramBinary(name_, bytes, &length, &format, all.data() + sizeof format);
+    if (length <= 0) return {};
+    std::memcpy(all.data(), &format, sizeof format);
+    all.resize(sizeof format + std::size_t(length));
+    return all;
+}
+
+/// False if this driver does not take it.
+bool Program::takeBinary(const std::string& kept)
+{
+    GLenum format = 0;
+    GLint formats = 0, ok = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+    if (kept.size() <= sizeof format || formats == 0) return false;
+    std::memcpy(&format, kept.data(), sizeof format);
+    // What is no format of its is an error to a driver, and errors are read later, elsewhere.
+    std::vector<GLint> known(std::size_t(formats), 0);
+    glGetIntegerv(GL_PROGRAM_BINARY_FORMATS, known.data());
+    if (std::find(known.begin(), known.end(), GLint(format)) == known.end()) return false;
+    name_ = glCreateProgram();
+    glProgramBinary(name_, format, kept.data() + sizeof format, GLsizei(kept.size() - sizeof format));
+    glGetProgramiv(name_, GL_LINK_STATUS, &ok);
+    if (!ok) glDeleteProgram(std::exchange(name_, 0));
+    return ok != 0;
+}
+
+void Program::build(const std::string& path, const ShaderSource& source)
+{
     const char* text = source.text.c_str();
     const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
     glShaderSource(shader, 1, &text, nullptr);
@@ -22,6 +90,7 @@ Program::Program(const std::string& path, const Defines& defines, const std::str
                     explainShaderLog(log, source));
     }
     name_ = glCreateProgram();
+    glProgramParameteri(name_, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
     glAttachShader(name_, shader);
     glLinkProgram(name_);
     glDeleteShader(shader);

@@ -13,8 +13,10 @@ namespace virga::gl {
 class Program {
 public:
     Program() = default;
+    /// From the binary that was kept when the same text was compiled by the same driver of the same device, where there
+    /// is one and the driver still takes it; else compiled and linked, and kept.
     /// Throws Error(Graphics) with the driver's message, file and line as the author wrote them.
-    Program(const std::string& path, const Defines& defines, const std::string& shaderFolder = {});
+    Program(const std::string& path, const Defines& defines, const ShaderPlaces& places = {});
     ~Program();
     Program(Program&& other) noexcept { swap(other); }
     Program& operator=(Program&& other) noexcept
@@ -34,6 +36,9 @@ public:
     void dispatchIndirect(GLuint buffer, std::size_t offset) const;
 
 private:
+    void build(const std::string& path, const ShaderSource& source);
+    bool takeBinary(const std::string& kept);
+    std::string binary() const;
     void swap(Program& other) noexcept { std::swap(name_, other.name_); }
     GLuint name_ = 0;
 };

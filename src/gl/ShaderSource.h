@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/KeptFiles.h"
+
 namespace virga::gl {
 
 struct EmbeddedShader {
@@ -15,6 +17,15 @@ struct EmbeddedShader {
     std::string_view text;
 };
 std::span<const EmbeddedShader> embeddedShaders();
+
+/// Where shaders come from, and where what a driver makes of them is kept.
+struct ShaderPlaces {
+    ShaderPlaces() = default;
+    ShaderPlaces(std::string shaderFolder) : folder(std::move(shaderFolder)) {}
+
+    std::string folder;  ///< of GLSL files, for developing; empty: those in the binary
+    KeptFiles programs;  ///< see Program
+};
 
 /// Name and value of a #define; order is kept.
 using Defines = std::vector<std::pair<std::string, std::string>>;

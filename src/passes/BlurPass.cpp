@@ -16,9 +16,9 @@ gl::Defines definesOf(const Features& features, bool horizontal)
 
 }  // namespace
 
-BlurPass::BlurPass(const Features& features, const std::string& shaderFolder)
-    : horizontal_("pass_blur.comp", definesOf(features, true), shaderFolder),
-      vertical_("pass_blur.comp", definesOf(features, false), shaderFolder)
+BlurPass::BlurPass(const Features& features, const gl::ShaderPlaces& places)
+    : horizontal_("pass_blur.comp", definesOf(features, true), places),
+      vertical_("pass_blur.comp", definesOf(features, false), places)
 {
 }
 

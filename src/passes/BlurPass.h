@@ -8,7 +8,7 @@ namespace virga::passes {
 /// Writes: FrameTargets::blurB, which the composite then takes for the plate.
 class BlurPass {
 public:
-    BlurPass(const Features& features, const std::string& shaderFolder = {});
+    BlurPass(const Features& features, const gl::ShaderPlaces& places = {});
     void run(const FrameTargets& targets) const;
 
 private:

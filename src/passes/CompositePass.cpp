@@ -25,8 +25,8 @@ gl::Defines definesOf(const Features& features)
 
 }  // namespace
 
-CompositePass::CompositePass(const Features& features, const std::string& shaderFolder)
-    : program_("pass_composite.comp", definesOf(features), shaderFolder)
+CompositePass::CompositePass(const Features& features, const gl::ShaderPlaces& places)
+    : program_("pass_composite.comp", definesOf(features), places)
 {
 }
 

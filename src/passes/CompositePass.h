@@ -8,7 +8,7 @@ namespace virga::passes {
 /// the features name; writes the beauty and, if asked, the layers; empties the accumulators for the next frame.
 class CompositePass {
 public:
-    CompositePass(const Features& features, const std::string& shaderFolder = {});
+    CompositePass(const Features& features, const gl::ShaderPlaces& places = {});
     void run(const FrameTargets& targets) const;
 
 private:

@@ -4,8 +4,8 @@
 
 namespace virga::passes {
 
-LightPass::LightPass(const Features& features, const std::string& shaderFolder)
-    : program_("pass_light.comp", features.lowPass() ? gl::Defines{{"LOW_PASS", ""}} : gl::Defines{}, shaderFolder)
+LightPass::LightPass(const Features& features, const gl::ShaderPlaces& places)
+    : program_("pass_light.comp", features.lowPass() ? gl::Defines{{"LOW_PASS", ""}} : gl::Defines{}, places)
 {
 }
 

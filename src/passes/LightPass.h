@@ -9,7 +9,7 @@ namespace virga::passes {
 /// Looks the light of drops up along the picture's directions. Reads: the radiance maps. Writes: the light grids.
 class LightPass {
 public:
-    LightPass(const Features& features, const std::string& shaderFolder = {});
+    LightPass(const Features& features, const gl::ShaderPlaces& places = {});
 
     /// environmentFromWorld  a rotation: the maps' direction of a direction in the world. An environment turns without
     ///                       being baked again

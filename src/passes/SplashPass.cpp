@@ -19,9 +19,9 @@ gl::Defines definesOf(const Features& features)
 
 }  // namespace
 
-SplashPass::SplashPass(const Features& features, const std::string& shaderFolder)
-    : emit_("pass_emit_splashes.comp", definesOf(features), shaderFolder),
-      splat_("pass_splat_splashes.comp", definesOf(features), shaderFolder), list_(4 * sizeof(std::uint32_t))
+SplashPass::SplashPass(const Features& features, const gl::ShaderPlaces& places)
+    : emit_("pass_emit_splashes.comp", definesOf(features), places),
+      splat_("pass_splat_splashes.comp", definesOf(features), places), list_(4 * sizeof(std::uint32_t))
 {
 }
 

@@ -8,7 +8,7 @@ namespace virga::passes {
 /// accumulators (optical depth, and the same weighted with the light that the fog lets through).
 class SplashPass {
 public:
-    SplashPass(const Features& features, const std::string& shaderFolder = {});
+    SplashPass(const Features& features, const gl::ShaderPlaces& places = {});
 
     /// Splashes that a picture of this size can list; more than can be told apart.
     static std::size_t capacity(int width, int height);

@@ -42,15 +42,14 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
 
 }  // namespace
 
-StrokePass::StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const std::string& shaderFolder)
-    : features_(features), atlas_(atlas), emit_("pass_emit_strokes.comp", definesOf(features), shaderFolder),
-      splatSmall_("pass_splat_strokes.comp", definesOf(features, {"SMALL"}), shaderFolder),
-      splatLarge_("pass_splat_strokes.comp", definesOf(features), shaderFolder), lists_(8 * sizeof(std::uint32_t))
+StrokePass::StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const gl::ShaderPlaces& places)
+    : features_(features), atlas_(atlas), emit_("pass_emit_strokes.comp", definesOf(features), places),
+      splatSmall_("pass_splat_strokes.comp", definesOf(features, {"SMALL"}), places),
+      splatLarge_("pass_splat_strokes.comp", definesOf(features), places), lists_(8 * sizeof(std::uint32_t))
 {
     if (features.nearest) {
-        motionSmall_ =
-            gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION", "SMALL"}), shaderFolder);
-        motionLarge_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION"}), shaderFolder);
+        motionSmall_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION", "SMALL"}), places);
+        motionLarge_ = gl::Program("pass_splat_strokes.comp", definesOf(features, {"NEAREST_MOTION"}), places);
     }
     const std::vector<float> prefix = normalisedPrefix(atlas_);
     alongPrefix_ = gl::Buffer(prefix.size() * sizeof(float), 0, prefix.data());

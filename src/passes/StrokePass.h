@@ -14,8 +14,8 @@ namespace virga::passes {
 /// that the sums are the same bits in whatever order the device adds them. Built once, run per frame.
 class StrokePass {
 public:
-    /// shaderFolder: see gl::loadShader. Throws Error(Graphics).
-    StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const std::string& shaderFolder = {});
+    /// places: see gl::loadShader. Throws Error(Graphics).
+    StrokePass(const Features& features, const matte::StrokeAtlas& atlas, const gl::ShaderPlaces& places = {});
 
     /// Fills what the constants say of the atlas and the list; call before FrameTargets::setConstants.
     void describe(shared::FrameConstants& constants, const particles::CellList& list) const;

@@ -37,8 +37,8 @@ double depthOfEntry(std::size_t entry)
 }  // namespace
 
 struct Compositor::Impl : ShotScene {
-    Impl(const Settings& settings_, const Shot& shot_, const Wanted& wanted_, const PlateSamples& samples)
-        : ShotScene(settings_, shot_, wanted_, samples), wanted(wanted_)
+    Impl(const Settings& settings_, const Shot& shot_, const CompositorOptions& options, const PlateSamples& samples)
+        : ShotScene(settings_, shot_, options.wanted, samples, KeptFiles(options.cacheFolder)), wanted(options.wanted)
     {
     }
 
@@ -267,13 +267,13 @@ void Compositor::Impl::openRenderer(const CompositorOptions& options)
     matteWidthDiameters = double(atlas.acrossDiameters);
     if (plan.features.lights) leaveOutLamps();
     renderer = makePictureRenderer({shot.width + 2 * shot.marginX, shot.height + 2 * shot.marginY, plan.features, atlas,
-                                    lut, ringTransfer, options.device, options.shaderFolder});
+                                    lut, ringTransfer, options.device, options.shaderFolder, options.cacheFolder});
     statistics.device = renderer->device();
 }
 
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
                        const PlateSamples& samples)
-    : impl_(std::make_unique<Impl>(settings, shot, options.wanted, samples))
+    : impl_(std::make_unique<Impl>(settings, shot, options, samples))
 {
     Impl& m = *impl_;
     m.statistics.lightSource = m.lightSource;

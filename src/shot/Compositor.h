@@ -15,6 +15,7 @@ struct CompositorOptions {
     std::string device = "auto";   ///< see makePictureRenderer
     std::string shaderFolder;      ///< see gl::loadShader
     Timeline* timeline = nullptr;  ///< gets what render() does; must outlive the compositor
+    std::string cacheFolder{};     ///< where shaders and light are kept for the next time (KeptFiles); empty: nowhere
 };
 
 /// Belongs to the thread that made it. A frame depends on (settings, samples, frame number, plate frame) alone.

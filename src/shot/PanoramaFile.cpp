@@ -7,16 +7,25 @@
 
 namespace virga::shot {
 
+void PanoramaSaid::log() const
+{
+    for (const std::string& sentence : warnings) virga::log::warning("{}", sentence);
+    for (const std::string& sentence : notes) virga::log::info("{}", sentence);
+}
+
 environment::Panorama readPanorama(const std::string& path, std::optional<double> lightRadiance,
-                                   environment::PanoramaReport* report, const std::string& ocio)
+                                   environment::PanoramaReport* report, const std::string& ocio, PanoramaSaid* said)
 {
     environment::PanoramaReport found;
     environment::Panorama panorama = environment::preparePanorama(io::readLinearImage(path, {}, ocio), path, &found);
-    for (const std::string& sentence : found.said) log::warning("{}", sentence);
+    PanoramaSaid sentences{found.said, {}};
+    sentences.log();  // before what may fail
     const bool endsAtWhite = !io::readImageHeader(path).isFloat;
     const environment::HighlightReport highlights =
         environment::repairHighlights(panorama, path, {.lightRadiance = lightRadiance, .endsAtWhite = endsAtWhite});
-    for (const std::string& sentence : highlights.said) log::info("{}", sentence);
+    PanoramaSaid{{}, highlights.said}.log();
+    sentences.notes = highlights.said;
+    if (said) *said = std::move(sentences);
     if (report) *report = std::move(found);
     return panorama;
 }

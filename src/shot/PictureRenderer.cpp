@@ -34,11 +34,13 @@ public:
     {
         features_.software = context_->device().isSoftware;
         targets_.emplace(setup.width, setup.height, features_);
-        if (features_.rain) strokes_.emplace(features_, setup.atlas, setup.shaderFolder);
-        if (features_.light()) light_.emplace(features_, setup.shaderFolder);
-        if (features_.splashes) splashes_.emplace(features_, setup.shaderFolder);
-        if (features_.blur) blur_.emplace(features_, setup.shaderFolder);
-        composite_.emplace(features_, setup.shaderFolder);
+        gl::ShaderPlaces places(setup.shaderFolder);
+        places.programs = KeptFiles(setup.cacheFolder);
+        if (features_.rain) strokes_.emplace(features_, setup.atlas, places);
+        if (features_.light()) light_.emplace(features_, places);
+        if (features_.splashes) splashes_.emplace(features_, places);
+        if (features_.blur) blur_.emplace(features_, places);
+        composite_.emplace(features_, places);
         if (features_.lights) targets_->uploadRingTransfer(setup.ringTransfer);
         if (features_.colorTransfer) targets_->uploadLut(setup.lut.size, setup.lut.rgb);
         context_->check("opening the passes");

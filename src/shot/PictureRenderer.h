@@ -25,7 +25,8 @@ struct PictureSetup {
     const grade::ColorLut& lut;
     const std::vector<float>& ringTransfer;  ///< see ringTransferTable; may be empty without lamps
     std::string device = "auto";             ///< see makePictureRenderer
-    std::string shaderFolder;                ///< see gl::loadShader; with one the shaders draw
+    std::string shaderFolder{};              ///< see gl::loadShader; with one the shaders draw
+    std::string cacheFolder{};               ///< see KeptFiles; empty: programs are compiled each time
 };
 
 /// What is drawn over, finite RGBA: an image, or rows that are made when they are asked for. Where the result goes:

@@ -61,17 +61,25 @@ std::vector<FrameNumber> framesLeft(const std::string& output, const std::vector
     return framesToMake(frames, output, fingerprints);
 }
 
+/// The picture alone, without layers.
+CompositorOptions compositorOptionsOf(const RainJobOptions& options)
+{
+    CompositorOptions how;
+    how.cacheFolder = options.cacheFolder;
+    how.device = options.device;
+    how.shaderFolder = options.shaderFolder;
+    return how;
+}
+
 std::unique_ptr<FrameRenderer> rendererOf(const Settings& settings, const Shot& shot, const RainJobOptions& options,
                                           const PlateSamples& samples, Timeline* timeline)
 {
-    const Wanted wanted = {.layers = options.layers};
+    CompositorOptions how = compositorOptionsOf(options);
+    how.wanted.layers = options.layers;
     if (options.reference)
-        return std::make_unique<ReferenceRenderer>(settings, shot, wanted, samples, *options.reference);
-    return std::make_unique<Compositor>(
-        settings, shot,
-        CompositorOptions{
-            .wanted = wanted, .device = options.device, .shaderFolder = options.shaderFolder, .timeline = timeline},
-        samples);
+    how.timeline = timeline;
+        return std::make_unique<ReferenceRenderer>(settings, shot, how.wanted, samples, *options.reference);
+    return std::make_unique<Compositor>(settings, shot, how, samples);
 }
 
 /// Nothing if the plate has no overscan, or the output no place for it, or nothing is done to it.
@@ -87,9 +95,7 @@ std::unique_ptr<OverscanRenderer> overscanRendererOf(const Settings& settings, c
                      options.output);
         return nullptr;
     }
-    return std::make_unique<OverscanRenderer>(
-        settings, shot, margins,
-        CompositorOptions{.wanted = {}, .device = options.device, .shaderFolder = options.shaderFolder}, samples);
+    return std::make_unique<OverscanRenderer>(settings, shot, margins, compositorOptionsOf(options), samples);
 }
 
 MemoryDemand demandOf(const Settings& settings, const RainJobOptions& options, const FrameRenderer& renderer,

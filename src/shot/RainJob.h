@@ -24,6 +24,7 @@ struct RainJobOptions {
     std::string timeline;  ///< what each thread did when, JSON (core/Timeline.h); empty: nobody wants it
     std::string device = "auto";
     std::string shaderFolder;
+    std::string cacheFolder;  ///< see CompositorOptions
     /// Told before the first frame what the job will hold; may be empty.
     std::function<void(const std::vector<MemoryUse>&)> onPlan{};
     std::optional<ReferenceOptions> reference;  ///< render by the reference instead

@@ -11,6 +11,7 @@
 #include "core/Log.h"
 #include "environment/Highlights.h"
 #include "io/Plate.h"
+#include "shot/KeptLight.h"
 #include "shot/PanoramaFile.h"
 
 namespace virga::shot {
@@ -55,8 +56,9 @@ ImageF copyOf(ConstImageViewF image)
 
 }  // namespace
 
-ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama)
-    : settings_(settings), baker_(bakerOptions(settings)), keepsPanorama_(keepsPanorama)
+ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama,
+                     const KeptFiles& kept)
+    : settings_(settings), options_(bakerOptions(settings)), kept_(kept), keepsPanorama_(keepsPanorama)
 {
     if (settings.env.empty()) {
         isEachFrame_ = views.empty();
@@ -72,16 +74,34 @@ ShotLight::ShotLight(const Settings& settings, std::span<const environment::Plat
         light_ = fromFile(settings.env);
 }
 
+const environment::DropRadianceBaker& ShotLight::baker()
+{
+    if (!madeBaker_) madeBaker_.emplace(options_);
+    return *madeBaker_;
+}
+
 environment::DropRadiance ShotLight::fromFile(const std::string& path)
 {
-    environment::PanoramaReport report;
-    environment::Panorama panorama = readPanorama(path, settings_.lightRadiance, &report, settings_.ocio);
-    environment::DropRadiance light = baker_.bake(panorama);
-    scale(light, settings_.envGain);
-    log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", path, report.width, report.height,
-                light.order, light.lights.size());
-    keep(std::move(panorama));
-    return light;
+    // Whoever wants the panorama itself has it read.
+    const std::string key = keepsPanorama_ ? "" : keptLightKey(path, options_, settings_);
+    std::optional<KeptLight> found = loadLight(kept_, key);
+    if (!found) {
+        found.emplace();
+        environment::PanoramaReport report;
+        environment::Panorama panorama =
+            readPanorama(path, settings_.lightRadiance, &report, settings_.ocio, &found->said);
+        found->light = baker().bake(panorama);
+        found->width = report.width;
+        found->height = report.height;
+        storeLight(kept_, key, *found);
+        keep(std::move(panorama));
+    } else {
+        found->said.log();
+    }
+    scale(found->light, settings_.envGain);
+    log::detail("environment '{}': {}x{}, harmonics of order {}, {} lights apart", path, found->width, found->height,
+                found->light.order, found->light.lights.size());
+    return std::move(found->light);
 }
 
 environment::DropRadiance ShotLight::fromViews(std::span<const environment::PlateView> views)
@@ -98,7 +118,7 @@ environment::DropRadiance ShotLight::fromViews(std::span<const environment::Plat
         }
     }
     environment::Panorama panorama = environment::panoramaFromViews(brighter, options);
-    environment::DropRadiance light = baker_.bake(panorama);
+    environment::DropRadiance light = baker().bake(panorama);
     scale(light, settings_.envGain);
     keep(std::move(panorama));
     return light;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/FrameRange.h"
+#include "core/KeptFiles.h"
 #include "environment/DropRadiance.h"
 #include "shot/LightKeyFrames.h"
 #include "shot/Settings.h"
@@ -22,7 +23,9 @@ public:
     /// views  frames of the plate and where they look; may be empty. Needed no longer than this.
     /// Reads and prepares the panorama, if it is one. Throws Error(Input) naming the file.
     /// keepsPanorama  for panorama()
-    ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama = false);
+    /// kept           panoramas' light of earlier runs (KeptLight.h)
+    ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama = false,
+              const KeptFiles& kept = {});
 
     ShotLight(const ShotLight&) = delete;
     ShotLight& operator=(const ShotLight&) = delete;
@@ -48,12 +51,15 @@ public:
     const glm::dmat3& environmentFromWorld() const { return environmentFromWorld_; }
 
 private:
+    const environment::DropRadianceBaker& baker();
     environment::DropRadiance fromFile(const std::string& path);
     environment::DropRadiance fromViews(std::span<const environment::PlateView> views);
     void keep(environment::Panorama panorama);
 
     const Settings settings_;
-    const environment::DropRadianceBaker baker_;
+    const environment::DropRadianceOptions options_;
+    std::optional<environment::DropRadianceBaker> madeBaker_;  // when one is needed: that takes 0.1 s with lights
+    const KeptFiles kept_;
     glm::dmat3 environmentFromWorld_{1.0};
     std::optional<LightKeyFrames> keyFrames_;
     bool isEachFrame_ = false;

@@ -41,7 +41,8 @@ double exposureOf(const Settings& settings, double fps)
     return settings.shutter_deg ? *settings.shutter_deg / 360 / fps : std::min(daylight_s, 1 / fps);
 }
 
-ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted& wanted, const PlateSamples& samples)
+ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted& wanted, const PlateSamples& samples,
+                     const KeptFiles& kept)
     : settings(settings_), shot(shot_), track(trackOf(settings_, shot_)),
       plan(planFrame(settings_, wanted, !track.isStatic()))
 {
@@ -57,7 +58,7 @@ ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted&
     }
     const particles::Exposure first = exposureAt(shot.firstFrame);
     if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
-    if (plan.features.light()) makeLight(samples.forLight, wanted.panorama);
+    if (plan.features.light()) makeLight(samples.forLight, wanted, kept);
     if (plan.features.lights && !settings.lights.empty()) lamps = readLights(settings.lights);
     if (plan.features.depth)
         depth.emplace(settings, shot.width, shot.height, first.poseAtOpen, shot.marginX, shot.marginY);
@@ -115,7 +116,7 @@ environment::PlateView ShotScene::viewOf(ConstImageViewF plate, FrameNumber fram
     return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
 }
 
-void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, bool wantsPanorama)
+void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, const Wanted& wanted, const KeptFiles& kept)
 {
     // Beyond this the surroundings are others.
     constexpr double travel_m = 3;
@@ -137,7 +138,7 @@ void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, bool 
             numbers.push_back(sample.number);
         }
     }
-    light.emplace(settings, views, wantsPanorama);
+    light.emplace(settings, views, wanted.panorama, kept);
     lightSource = !settings.env.empty() ? settings.env
                   : together
                       ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))

@@ -35,9 +35,10 @@ camera::Pose standingPose(const Settings& settings);
 double exposureOf(const Settings& settings, double fps);
 
 struct ShotScene {
-    /// Reads track, environment and stills and makes the plan; of a pass-through nothing else. samples: see Compositor.
-    /// Throws Error naming the setting or file.
-    ShotScene(const Settings& settings, const Shot& shot, const Wanted& wanted, const PlateSamples& samples);
+    /// Reads track, environment and stills and makes the plan; of a pass-through nothing else. samples: see Compositor;
+    /// kept: see ShotLight. Throws Error naming the setting or file.
+    ShotScene(const Settings& settings, const Shot& shot, const Wanted& wanted, const PlateSamples& samples,
+              const KeptFiles& kept = {});
 
     camera::Projection projectionAt(const camera::Pose& pose) const;
     particles::Exposure exposureAt(FrameNumber frame) const;
@@ -61,7 +62,7 @@ struct ShotScene {
     std::string lightSource;  ///< for the report
 
 private:
-    void makeLight(const std::vector<PlateSamples::Frame>& samples, bool wantsPanorama);
+    void makeLight(const std::vector<PlateSamples::Frame>& samples, const Wanted& wanted, const KeptFiles& kept);
 };
 
 }  // namespace virga::shot

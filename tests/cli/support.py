@@ -22,6 +22,7 @@ except ImportError as missing:
 VIRGA = os.environ.get("VIRGA", "")
 if not os.access(VIRGA, os.X_OK):
     raise SystemExit(f"VIRGA='{VIRGA}' must name the program to test")
+CACHE = tempfile.TemporaryDirectory(prefix="virga-cli-cache-")  # not the user's
 WIDTH, HEIGHT = 96, 54
 OFF = ["--rate", "0", "--fog", "0", "--darken", "0", "--desaturate", "0", "--blur", "0", "--splashes", "0"]
 CHEAP = ["--fog", "0", "--darken", "0", "--desaturate", "0"]  # rain alone
@@ -35,6 +36,7 @@ class Run:
 
     def __init__(self, arguments, folder, environment=None):
         env = {k: v for k, v in os.environ.items() if k not in ("OCIO", "COLUMNS")}
+        env["XDG_CACHE_HOME"] = CACHE.name
         env.update(environment or {})
         self.arguments = [str(a) for a in arguments]
         done = subprocess.run([VIRGA, *self.arguments], cwd=folder, env=env, capture_output=True, timeout=240)
