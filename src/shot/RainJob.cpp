@@ -76,8 +76,8 @@ std::unique_ptr<FrameRenderer> rendererOf(const Settings& settings, const Shot& 
 {
     CompositorOptions how = compositorOptionsOf(options);
     how.wanted.layers = options.layers;
-    if (options.reference)
     how.timeline = timeline;
+    if (options.reference)
         return std::make_unique<ReferenceRenderer>(settings, shot, how.wanted, samples, *options.reference);
     return std::make_unique<Compositor>(settings, shot, how, samples);
 }
