@@ -87,13 +87,13 @@ const Case cases[] = {
          s.darken = s.desaturate = s.splashes = 0;
          s.fog_1_m = 0;
      },
-     &Skips::passes, 2e-6, nullptr},
+     &Skips::passes, 5e-6, nullptr},
     {"passes that change nothing, fog alone",
      [](Settings& s, const TemporaryFolder&) {
          s.opacity = 0;
          s.fog_1_m = 0.01;
      },
-     &Skips::passes, 2e-6, nullptr},
+     &Skips::passes, 5e-6, nullptr},
     {"lamps whose light does not arrive",
      [](Settings& s, const TemporaryFolder& folder) {
          s.lights = folder.write("lamps.toml",
