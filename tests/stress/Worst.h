@@ -12,8 +12,10 @@
 
 namespace virga::stress {
 
-/// One frame of a shot; rain that the eye sees, lit by a grey world, unless a test changes it.
+/// One frame of a shot; rain that the eye sees, each stroke of it drawn, lit by a grey world, unless a test changes it.
 struct Worst {
+    Worst() { settings.thin = 0; }
+
     shot::Settings settings;
     shot::Shot shot{33, 17, 24, 0};
     FrameNumber frame = 0;
