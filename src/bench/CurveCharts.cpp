@@ -38,6 +38,11 @@ void addLines(plot::Chart& chart, const Knob& knob, const std::vector<Summary>& 
     for (const Summary& row : rows) {
         const std::string name = row.clip + (row.variant.empty() ? "" : ", " + row.variant);
         if (!row.value) continue;
+        if (!row.variant.empty() && row.variant == knob.standardVariant) {  // a point and no line
+            standard.x.push_back(across(row));
+            standard.y.push_back(row.mean.front());
+            continue;
+        }
         if (!lineOf.count(name)) {
             lineOf[name] = lines.size();
             clips.push_back(row.clip);

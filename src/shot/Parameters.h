@@ -22,6 +22,9 @@ struct Parameter {
                  std::string Settings::*, std::array<double, 2> Settings::*, AutoColor Settings::*>
         member;
     const char* choices = nullptr;  ///< for text: the words allowed, separated by '|'
+    /// What the default is off by, and the command that measures it (docs/benchmarks.md); nothing where it trades no
+    /// error for time.
+    const char* error = nullptr;
 
     bool isSwitch() const { return std::holds_alternative<bool Settings::*>(member); }
 };

@@ -67,12 +67,12 @@ class Curves(CliTest):
     def test_threshold(self):
         self.succeeds("bench", "curves", "-o", "t", "--only", "threshold", "--values", "0.5,0.02", *TINY)
         rows = self.check("t", "threshold", [0.5, 0.02])
-        self.assertEqual(len(rows), 2 * 2 + 1)  # values and seeds, and the base line
+        self.assertEqual(len(rows), 2 * 2 * 2 + 1)  # values, --thin or not, seeds; and the base line
         for row in rows:
             self.assertGreater(float(row["rmse"]), 0)
             self.assertLessEqual(float(row["rmse"]), float(row["max"]))
         pictures = sorted(p.name for p in (self.folder / "t").glob("threshold_street_*.png"))
-        self.assertEqual(len(pictures), 5, pictures)  # the truth; each value and its difference
+        self.assertEqual(len(pictures), 9, pictures)  # the truth; each value, --thin or not, and its difference
 
     def test_layersInFloatAreTheBeauty(self):
         self.succeeds("bench", "curves", "-o", "l", "--only", "layers", "--values", "10,23", *TINY)

@@ -90,6 +90,20 @@ TEST(Parameters, AreDescribed)
     });
 }
 
+TEST(Parameters, SayWhatTheirDefaultsAreOffByAndHowToMeasureIt)
+{
+    const std::string page = parametersPage();
+    int rows = 0;
+    onEachRow([&](const Parameter& p) {
+        if (p.error == nullptr) return;
+        ++rows;
+        const std::string error = p.error;
+        EXPECT_NE(error.find("(virga bench curves --only "), std::string::npos);
+        EXPECT_NE(page.find(error), std::string::npos);
+    });
+    EXPECT_GE(rows, 5);
+}
+
 TEST(Parameters, TakeTheirOwnDefaults)
 {
     onEachRow([](const Parameter& p) {
