@@ -1,5 +1,6 @@
 // Frame times of the stroke renderer: drops to picture, on this machine's device.
-//   bench_strokes [--device auto|cpu|gpu|N] [--frames N] [--only CASE] [--shaders DIR] [--write FILE.ppm]
+//   bench_strokes [--device auto|cpu|gpu|N] [--frames N] [--only CASE] [--drops-per-cell N] [--shaders DIR] [--write
+//   FILE.ppm]
 // Prints the machine, then a line a case; GPU time by timer queries, read-back and list building apart, and the time of
 // all processors together, which a busy machine does not stretch.
 #include <algorithm>
@@ -90,6 +91,7 @@ double cpuSeconds()
 struct Options {
     std::string device = "auto", picture, only, shaders;
     int frames = 20;
+    double dropsPerCell = 0;  // 0: RainField::dropsPerCellFor
 };
 
 /// A road 1.6 m under the camera, the sky above it.
@@ -181,13 +183,15 @@ void run(const Case& c, const gl::Context& context, const Options& options)
     exposure.projection = camera::projectionFromHorizontalFov(c.width, c.height, 60 * 3.14159265 / 180);
     particles::Visibility visibility = visibilityOf(c);
 
-    const particles::RainField plain(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1);
+    const double few =
+        options.dropsPerCell > 0 ? options.dropsPerCell : particles::RainField::dropsPerCellFor(c.strokes);
+    const particles::RainField plain(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1, 1, few);
     visibility.thin = plain.thinnableTo(exposure.projection.focal_px, exposure.duration_s, visibility);
     const double expected = plain.expectedStrokes(exposure.projection, exposure.duration_s, visibility);
-    const particles::RainField field =
-        c.strokes > 0 ? particles::RainField(rainfall::makeSizeClasses(sizes), sizes.slope(), motion, 1,
-                                             c.strokes / expected, particles::RainField::dropsPerCellFor(c.strokes))
-                      : plain;
+    const particles::RainField field = c.strokes > 0
+                                           ? particles::RainField(rainfall::makeSizeClasses(sizes), sizes.slope(),
+                                                                  motion, 1, c.strokes / expected, few)
+                                           : plain;
 
     passes::Features features;
     features.rain = true;
@@ -280,6 +284,7 @@ try {
         if (flag == "--device") options.device = argv[i + 1];
         if (flag == "--frames") options.frames = std::max(1, std::atoi(argv[i + 1]));
         if (flag == "--only") options.only = argv[i + 1];
+        if (flag == "--drops-per-cell") options.dropsPerCell = std::atof(argv[i + 1]);
         if (flag == "--shaders") options.shaders = argv[i + 1];
         if (flag == "--write") options.picture = argv[i + 1];
     }

@@ -1,9 +1,5 @@
 // Adds the strokes to the accumulators. SMALL: one invocation a stroke; else a column of work groups a stroke, a row an
 // invocation, for the few that cover many pixels.
-#ifdef PAIRED
-#extension GL_ARB_gpu_shader_int64 : require
-#extension GL_NV_shader_atomic_int64 : require
-#endif
 #include "common_frame.glsl"
 #include "strokes_splat.glsl"
 

@@ -6,12 +6,7 @@
 // area: its integral is a cubic instead of an arc sine, and convolved with a pixel or with defocus the two can't be
 // told apart (bench, "streak shape").
 
-#ifdef PAIRED
-/// Both sums of a pixel as one number, the first in its low half, which never overflows: half as many atomics.
-layout(std430, binding = 4) buffer Accumulators { uint64_t accumulators[]; };
-#else
 layout(std430, binding = 4) buffer Accumulators { uint accumulators[]; };
-#endif
 #ifdef DEPTH
 layout(binding = 1) uniform sampler2D sceneDepth;
 #endif
@@ -54,13 +49,9 @@ void deposit(ivec2 pixel, float alpha, float depth, Stroke stroke)
     float optical = opticalDepthOf(alpha) * opticalDepthSteps;
     uint steps = uint(optical + 0.5);
     if (steps == 0u) return;
-#ifdef PAIRED
-    atomicAdd(accumulators[index], packUint2x32(uvec2(steps, uint(optical * stroke.look.y + 0.5))));
-#else
     atomicAdd(accumulators[index * accumulatorsPerPixel], steps);
 #ifdef FOG
     atomicAdd(accumulators[index * accumulatorsPerPixel + 1u], uint(optical * stroke.look.y + 0.5));
-#endif
 #endif
 #ifdef LIGHTS
     uvec3 lamps = uvec3(optical * stroke.lamps.rgb + 0.5);

@@ -4,8 +4,8 @@
 #define VIRGA_FN
 #endif
 
-/// The cell of every 8th drop is looked up, those of the drops between are found from it.
-const uint dropsPerBlock = 8u;
+/// The cell of every 64th drop is looked up, those of the drops between are found from it.
+const uint dropsPerBlock = 64u;
 
 /// One cell of one layer of the rain, in the frame that falls with the layer's size class.
 struct Cell {

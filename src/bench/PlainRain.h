@@ -19,7 +19,7 @@ struct PlainScene {
 };
 
 /// The sizes of a rate; see particles::RainField.
-particles::RainField fieldOfRate(double rate_mm_h, std::uint32_t seed, double densityScale = 1, double dropsPerCell = 8,
+particles::RainField fieldOfRate(double rate_mm_h, std::uint32_t seed, double densityScale = 1, double dropsPerCell = 32,
                                  int classes = rainfall::SizeClassOptions{}.count);
 
 /// Drops of one diameter alone [m], so many that `scene` shows about `strokes` of them.

@@ -147,7 +147,7 @@ RainField::RainField(std::vector<rainfall::SizeClass> classes, double slope, con
         }
 }
 
-double RainField::dropsPerCellFor(double strokes) { return std::clamp(strokes / 3e4, 8.0, 96.0); }
+double RainField::dropsPerCellFor(double strokes) { return std::clamp(strokes / 12500, 32.0, 400.0); }
 
 double RainField::visibleDepth(double diameter, const rainfall::SizeClass& c, double focal_px, double exposure_s,
                                double threshold) const

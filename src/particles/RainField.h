@@ -69,7 +69,7 @@ public:
     /// densityScale multiplies the number of drops (`--strokes`), > 0. dropsPerCell: aimed at; small cells hug the
     /// frustum, large ones keep the list short where there are millions of drops. Another number is another rain.
     RainField(std::vector<rainfall::SizeClass> classes, double slope, const Motion& motion, std::uint32_t seed,
-              double densityScale = 1, double dropsPerCell = 8);
+              double densityScale = 1, double dropsPerCell = 32);
 
     /// dropsPerCell for a picture of so many strokes.
     static double dropsPerCellFor(double strokes);

@@ -19,13 +19,6 @@ constexpr std::uint32_t groupsPerLargeStroke = 16;
 /// As pass_emit_strokes.comp has it. Large groups queue less at the counters that the whole device shares.
 std::size_t emitGroupSize(const Features& features) { return features.software ? 64 : 256; }
 
-/// Whether a pixel's two sums can be added to as one number.
-bool hasPairedAtomics(const Features& features)
-{
-    return features.fog && !features.lights && epoxy_has_gl_extension("GL_ARB_gpu_shader_int64") &&
-           epoxy_has_gl_extension("GL_NV_shader_atomic_int64");
-}
-
 gl::Defines definesOf(const Features& features, std::initializer_list<const char*> more = {})
 {
     gl::Defines defines;
@@ -35,7 +28,6 @@ gl::Defines definesOf(const Features& features, std::initializer_list<const char
     if (features.lights) defines.emplace_back("LIGHTS", "");
     if (features.cameraMotion) defines.emplace_back("CAMERA_MOTION", "");
     if (!features.software) defines.emplace_back("GROUPED", "");
-    if (hasPairedAtomics(features)) defines.emplace_back("PAIRED", "");
     for (const char* word : more) defines.emplace_back(word, "");
     return defines;
 }
@@ -93,6 +85,8 @@ void StrokePass::run(const FrameTargets& targets, const particles::CellList& lis
     strokes_.bindStorage(StrokesIndex);
     alongPrefix_.bindStorage(AlongPrefixIndex);
     mattes_.bind(MattesUnit);
+
+    timer.mark("list");
 
     // One invocation a drop; work groups in rows that no device finds too long.
     const std::size_t groups = (list.drops + emitGroupSize(features_) - 1) / emitGroupSize(features_);
