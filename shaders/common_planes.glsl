@@ -2,6 +2,12 @@
 // FAMILY_RGB: planes G B R; FAMILY_GREY: one; else Y Cb Cr, or Y Cg Co (YCGCO). ALPHA: one plane more.
 #include "shared/planes.glsl"
 
+#ifndef BITS  // as it stands: 8 bits, 4:2:0
+#define BITS 8
+#define SHIFT_X 1
+#define SHIFT_Y 1
+#endif
+
 layout(std430, binding = 1) readonly buffer PlanesBlock { PlanesLayout planes; };
 
 #if BITS > 8

@@ -157,7 +157,7 @@ Knob cellSize()
     knob.against = "the law of sizes and the density of the rain, which no size of cells may change";
     knob.timed = "listing the cells of a picture of 720 x 480 and placing each drop, the median of five";
     knob.values = {1, 2, 4, 8, 16, 32, 64, 128};
-    knob.standard = 8;
+    knob.standard = 32;
     knob.measures = {{"size_distance", "Kolmogorov's distance of the diameters of all drops within 4 m from the law"},
                      {"count", "drops within 4 m, off what there should be, in standard deviations"},
                      {"listed", "drops looked at for each that is drawn"}};

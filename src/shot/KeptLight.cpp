@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <type_traits>
@@ -97,6 +98,9 @@ std::string keptLightKey(const std::string& path, const environment::DropRadianc
 {
     const char* ocio = std::getenv("OCIO");
     if (!settings.ocio.empty() || (ocio != nullptr && *ocio != '\0')) return "";
+    // A folder has no content, and a pipe would have none left; whoever reads the panorama says what is wrong.
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(path, ignored)) return "";
     std::ifstream file(path, std::ios::binary);
     const std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     if (content.empty()) return "";

@@ -112,7 +112,7 @@ class Values(CliTest):
 
     def test_moreStrokesThanCanBeDrawn(self):
         self.refused(2, ["--rate 2000", "--threshold"], "rain", "clip.mp4", "-o", "x.mp4", "--rate", "2000", "--threshold",
-                     "1e-5", "--far", "1e6", "--fov", "170")
+                     "1e-5", "--thin", "0", "--far", "1e6", "--fov", "170")
 
     def test_layersOutsideExr(self):
         self.refused(2, ["x.mp4", "EXR"], "rain", "clip.mp4", "-o", "x.mp4", "--layers")

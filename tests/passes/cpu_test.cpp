@@ -313,6 +313,7 @@ TEST(CpuRenderer, RowsGiveWhatAWholePictureGives)
         renderer.setLamps(scene.lamps);
         renderer.setLut(scene.lut);
         renderer.setDropRadiance(scene.radiance, scene.background);
+        renderer.setVeilTable(scene.veilTable);
         Canvas canvas;
         renderer.render(ImageRows(scene.plate), canvas, scene.constants, scene.cells);
         EXPECT_EQ(canvas.times, std::vector<int>(height, 1));
