@@ -106,7 +106,7 @@ TEST(HiddenCells, LeaveOutOnlyWhatIsBehindTheDepth)
         std::size_t checked = 0;
         for (const test::SeenDrop& drop : test::dropsOf(all)) {
             if (kept.contains(drop.id())) continue;
-            const double speed = field.classes()[drop.dropClass].speed;
+            const double speed = field.classOf(drop.dropClass).speed;
             if (!test::isVisible(drop, speed, exposure, visibility, 0, scene.aperture_m, focus)) continue;
             ++checked;
             const glm::dvec3 open = test::inCamera(exposure.poseAtOpen, drop.open);
