@@ -40,6 +40,7 @@ Settings rainAlone()
     s.fog_1_m = 0;
     s.splashes = s.darken = s.desaturate = 0;
     s.thin = 0;
+    s.seed = 3;  // bounds are for this rain; the worst pixel of another may be that of a nearer drop
     return s;
 }
 
@@ -103,14 +104,14 @@ TEST(Renderer, Strokes)
 {
     Settings s = rainAlone();
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s), {0.0004, 0.016, 0.002});
+    expectWithin(differenceOf(s), {0.0003, 0.004, 0.002});
 }
 
 TEST(Renderer, StrokesOfPlainDrops)
 {
     Settings s = rainAlone();
     s.rate_mm_h = 80;
-    expectWithin(differenceOf(s, {.allDrops = false, .samples = 16, .plainDrops = true}), {0.0012, 0.024, 0.002});
+    expectWithin(differenceOf(s, {.allDrops = false, .samples = 16, .plainDrops = true}), {0.0012, 0.016, 0.003});
 }
 
 TEST(Renderer, LongExposure)
@@ -119,7 +120,7 @@ TEST(Renderer, LongExposure)
     s.exposure_s = 1.0 / 24;
     s.rate_mm_h = 80;
     s.threshold = 0.002;
-    expectWithin(differenceOf(s), {0.0007, 0.009, 0.0015});
+    expectWithin(differenceOf(s), {0.0007, 0.006, 0.0015});
 }
 
 TEST(Renderer, FrozenDrops)
@@ -134,7 +135,7 @@ TEST(Renderer, Opaque)
 {
     Settings s = rainAlone();
     s.opacity = 60;
-    expectWithin(differenceOf(s), {0.002, 0.035, 0.002});
+    expectWithin(differenceOf(s), {0.002, 0.023, 0.002});
 }
 
 TEST(Renderer, ThinnedStrokesAndTheirVeil)
@@ -184,7 +185,7 @@ TEST(Renderer, Lamps)
     s.lights = folder.write("lamps.toml", "[[light]]\nposition = [1, 1, -12]\nintensity = [3, 2, 1]\n");
     s.rate_mm_h = 80;
     s.fog_1_m = 0.01;
-    expectWithin(differenceOf(s), {0.0012, 0.01, 0.002});
+    expectWithin(differenceOf(s), {0.0012, 0.007, 0.002});
 }
 
 TEST(Renderer, WindGustsAndTurbulence)
@@ -196,7 +197,7 @@ TEST(Renderer, WindGustsAndTurbulence)
     s.exposure_s = 1.0 / 48;
     s.rate_mm_h = 80;
     s.threshold = 0.005;
-    expectWithin(differenceOf(s), {0.0004, 0.005, 0.002});
+    expectWithin(differenceOf(s), {0.0004, 0.0035, 0.002});
 }
 
 TEST(Renderer, ACameraThatTurns)
@@ -219,7 +220,7 @@ TEST(Renderer, ACameraThatZoomsAndDrives)
     s.exposure_s = 1.0 / 25;
     s.rate_mm_h = 80;
     s.threshold = 0.003;
-    expectWithin(differenceOf(s), {0.003, 0.024, 0.06});
+    expectWithin(differenceOf(s), {0.003, 0.02, 0.03});
 }
 
 TEST(Renderer, BlurAndGrade)
@@ -231,7 +232,7 @@ TEST(Renderer, BlurAndGrade)
     s.blurDistance_m = 5;
     s.darken = 0.3;
     s.desaturate = 0.4;
-    expectWithin(differenceOf(s), {0.001, 0.004, 0.002});
+    expectWithin(differenceOf(s), {0.001, 0.0045, 0.002});
 }
 
 }  // namespace
