@@ -13,11 +13,11 @@
 #include <variant>
 #include <vector>
 
-#include "RenderThread.h"
 #include "core/Error.h"
 #include "core/Log.h"
 #include "shot/Compositor.h"
 #include "shot/Parameters.h"
+#include "shot/RenderQueue.h"
 
 using namespace virga;
 
@@ -30,13 +30,13 @@ struct virga_shot {
     bool wantsLayers = false;
     std::string text;  // what virga_shot_get last gave out
 
-    RenderThread thread;
-    std::optional<shot::Compositor> compositor;  // lives on `thread`; empty when settings have changed
+    std::shared_ptr<shot::RenderQueue> queue = shot::RenderQueue::ofProcess();
+    std::optional<shot::Compositor> compositor;  // lives on the queue's thread; empty when settings have changed
 
     ~virga_shot() { forgetCompositor(); }
     void forgetCompositor()
     {
-        if (compositor) thread.run([this] { compositor.reset(); });
+        if (compositor) queue->run([this] { compositor.reset(); });
     }
 };
 
@@ -274,7 +274,7 @@ virga_error virga_shot_render(virga_shot* shot, int64_t frame, const float* plat
             shot->wantsLayers = true;
         }
         io::RenderedFrame rendered;
-        shot->thread.run([&] {
+        shot->queue->run([&] {
             if (!shot->compositor) makeCompositor(*shot);
             io::PlateFrame source;
             source.number = frame;

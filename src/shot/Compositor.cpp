@@ -273,7 +273,7 @@ void Compositor::Impl::openRenderer(const CompositorOptions& options)
 
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
                        const PlateSamples& samples)
-    : impl_(std::make_unique<Impl>(settings, shot, options, samples))
+    : options_(options), samples_(samples), impl_(std::make_unique<Impl>(settings, shot, options, samples))
 {
     Impl& m = *impl_;
     m.statistics.lightSource = m.lightSource;
@@ -282,6 +282,20 @@ Compositor::Compositor(const Settings& settings, const Shot& shot, const Composi
 }
 
 Compositor::~Compositor() = default;
+
+void Compositor::change(const Settings& settings)
+{
+    impl_ = std::move(Compositor(settings, impl_->shot, options_, samples_).impl_);
+}
+
+Window Compositor::plateNeededFor(const View& view) const { return view.region; }
+bool Compositor::needsWholePlate() const { return impl_->light && impl_->light->needsPlate(); }
+
+io::RenderedFrame Compositor::render(io::PlateFrame plate, const View&, const Watch&)
+{
+    return render(std::move(plate));
+}
+
 const FramePlan& Compositor::plan() const { return impl_->plan; }
 
 /// Depth images may have to be fitted to the whole plate.

@@ -7,6 +7,7 @@
 #include "core/Timeline.h"
 #include "shot/FrameRenderer.h"
 #include "shot/ShotScene.h"
+#include "shot/View.h"
 
 namespace virga::shot {
 
@@ -32,6 +33,17 @@ public:
     const FramePlan& plan() const override;
     using FrameRenderer::render;
     io::RenderedFrame render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas) override;
+    /// Of a view: plate.pixels has what of the plate view.plate says, at the view's scale; beauty and layers are the
+    /// region. Throws Error(Interrupted) once the watch, which may be empty, says false; the next frame is as ever.
+    io::RenderedFrame render(io::PlateFrame plate, const View& view, const Watch& watch);
+    /// What of the plate render() needs for the view: the region, and around it as far as a blur reaches.
+    Window plateNeededFor(const View& view) const;
+    /// Whether it needs all of the plate for every region: its light comes from it, or a smaller depth's edges.
+    bool needsWholePlate() const;
+    /// Other settings from the next frame on. What does not depend on those that changed stays: wind leaves the light,
+    /// darkening the drops. If it throws, the settings are as they were.
+    void change(const Settings& settings);
+
     bool takesRows() const override;
     std::size_t framesInFlight() const override;
     void complete() override;
@@ -41,6 +53,8 @@ public:
 
 private:
     struct Impl;
+    CompositorOptions options_;
+    PlateSamples samples_;
     std::unique_ptr<Impl> impl_;
 };
 

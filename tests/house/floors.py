@@ -14,7 +14,7 @@ FLOORS = {
     "environment": 2, "particles": 2, "matte": 2, "depth": 2, "grade": 2, "io": 2, "gl": 2,
     "passes": 3, "reference": 3,
     "shot": 4,
-    "bench": 5,
+    "bench": 5, "server": 5,
     "lib": 6, "cli": 6,
 }
 

@@ -1,0 +1,128 @@
+#include "shot/RenderQueue.h"
+
+#include <atomic>
+#include <limits>
+#include <utility>
+
+#include "core/Error.h"
+
+namespace virga::shot {
+
+struct RenderQueue::Ticket::State {
+    int priority = 0;
+    std::uint64_t number = 0;
+    Work work;
+    std::atomic<bool> cancelled = false;
+
+    mutable std::mutex mutex;
+    mutable std::condition_variable changed;
+    bool isDone = false;
+    std::exception_ptr error;
+
+    void finish(std::exception_ptr why)
+    {
+        {
+            const std::lock_guard lock(mutex);
+            error = std::move(why);
+            isDone = true;
+        }
+        changed.notify_all();
+    }
+};
+
+void RenderQueue::Ticket::cancel() noexcept { state_->cancelled = true; }
+bool RenderQueue::Ticket::isCancelled() const noexcept { return state_->cancelled; }
+
+bool RenderQueue::Ticket::isDone() const noexcept
+{
+    const std::lock_guard lock(state_->mutex);
+    return state_->isDone;
+}
+
+void RenderQueue::Ticket::wait() const
+{
+    std::unique_lock lock(state_->mutex);
+    state_->changed.wait(lock, [&] { return state_->isDone; });
+    if (state_->error) std::rethrow_exception(state_->error);
+}
+
+bool RenderQueue::Order::operator()(const std::shared_ptr<Ticket::State>& a,
+                                    const std::shared_ptr<Ticket::State>& b) const
+{
+    return a->priority != b->priority ? a->priority > b->priority : a->number < b->number;
+}
+
+RenderQueue::RenderQueue() : thread_([this] { serve(); }) {}
+
+RenderQueue::~RenderQueue()
+{
+    {
+        const std::lock_guard lock(mutex_);
+        ends_ = true;
+        for (const auto& state : waiting_) state->cancelled = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+std::shared_ptr<RenderQueue> RenderQueue::ofProcess()
+{
+    static std::mutex mutex;
+    static std::weak_ptr<RenderQueue> ofAll;
+    const std::lock_guard lock(mutex);
+    auto queue = ofAll.lock();
+    if (!queue) ofAll = queue = std::make_shared<RenderQueue>();
+    return queue;
+}
+
+RenderQueue::Ticket RenderQueue::submit(int priority, Work work)
+{
+    Ticket ticket;
+    ticket.state_ = std::make_shared<Ticket::State>();
+    ticket.state_->priority = priority;
+    ticket.state_->work = std::move(work);
+    {
+        const std::lock_guard lock(mutex_);
+        ticket.state_->number = count_++;
+        waiting_.insert(ticket.state_);
+    }
+    changed_.notify_all();
+    return ticket;
+}
+
+void RenderQueue::run(const std::function<void()>& work)
+{
+    if (std::this_thread::get_id() == thread_.get_id()) return work();
+    submit(std::numeric_limits<int>::max(), [&](const Ticket&) { work(); }).wait();
+}
+
+std::size_t RenderQueue::waiting() const
+{
+    const std::lock_guard lock(mutex_);
+    return waiting_.size();
+}
+
+void RenderQueue::serve()
+{
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [&] { return !waiting_.empty() || ends_; });
+        if (waiting_.empty()) return;
+        Ticket ticket;
+        ticket.state_ = *waiting_.begin();
+        waiting_.erase(waiting_.begin());
+        lock.unlock();
+        std::exception_ptr error;
+        try {
+            if (ticket.isCancelled()) throw Error(ErrorCode::Interrupted, "the frame is wanted no longer");
+            ticket.state_->work(ticket);
+        } catch (...) {
+            error = std::current_exception();
+        }
+        ticket.state_->work = nullptr;  // what it holds goes on the thread that it was for
+        ticket.state_->finish(std::move(error));
+        lock.lock();
+    }
+}
+
+}  // namespace virga::shot
