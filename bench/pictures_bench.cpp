@@ -102,7 +102,7 @@ public:
         constants_.range = {0.5f, 500.0f, 0.002f, 1.0f};
         constants_.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};
         constants_.picture = {o.width, o.height, 0, 0};
-        constants_.boost = {0, 0, 0.1f, 0};
+        constants_.boost = {0, 0, 0.1f, focal};
         const ImageF white(64, 32, 3, 0.9f);
         targets.uploadFogTable(std::vector<float>(256, 0.05f));
         targets.uploadDropRadiance(white, white);

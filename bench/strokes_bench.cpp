@@ -106,10 +106,10 @@ ImageF groundDepth(int width, int height, float focal_px)
 /// Constants that only the passes of `everything` read: a medium rain's splashes, a lamp, a grade, a blur of 2 px.
 void describeEverything(shared::FrameConstants& constants, const Case& c)
 {
-    constants.boost = {0.3f, 0, 0.1f, 0};
+    constants.boost = {0.3f, 0, 0.1f, constants.lens.x};
     constants.grade = {0.1f, 0.2f, 2, 50};
     constants.splash = {3, 0.12f, 1, 0.4f};
-    constants.splashGrid = {0.1f, 0, 0, 0};
+    constants.splashGrid = {0.1f, 0, 0, 1};
     constants.splashKey = {1, 0, 0, std::uint32_t(passes::SplashPass::capacity(c.width, c.height))};
     constants.splashTime = {7, 12, 0, 0};
     constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};
@@ -126,6 +126,7 @@ shared::FrameConstants constantsOf(const Case& c, const particles::Exposure& exp
     constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
     const float focal = float(exposure.projection.focal_px);
     constants.lens = {focal, focal, 0.5f * float(c.width), 0.5f * float(c.height)};
+    constants.boost.w = focal;
     constants.range = {float(visibility.near_m), float(visibility.far_m), float(visibility.threshold),
                        isDefault ? float(defaultOpacity) : 1.0f};
     constants.focus = {0.0f, 0.1f, float(exposure.duration_s), 20.0f};

@@ -73,10 +73,13 @@ void main()
     if (normal.y < 0.0) normal = -normal;
     if (normal.y < faceUp) return;
 
-    // Cells as large as the block's footprint on the ground, so that it touches four at most.
+    // Cells as large as the footprint on the ground of a block of the full picture, so that this one touches four at
+    // most, and in a proxy the cells that the full picture's blocks in its place do.
     vec2 spanX = abs(across.xz) * 2.0, spanY = abs(down.xz) * 2.0;
-    float span = max(max(spanX.x + spanY.x, spanX.y + spanY.y), frame.splashGrid.x);
-    float level = min(ceil(log2(span / frame.splashGrid.x)), float(frame.splashTime.y));
+    float footprint = max(spanX.x + spanY.x, spanX.y + spanY.y);
+    float span = max(footprint, frame.splashGrid.x);
+    float fullSpan = max(footprint * frame.splashGrid.w, frame.splashGrid.x);
+    float level = min(ceil(log2(fullSpan / frame.splashGrid.x)), float(frame.splashTime.y));
     float edge = frame.splashGrid.x * exp2(level);
     float events = frame.splash.x * exp2(2.0 * level);
     // Where a cell holds more impacts than can be told apart, each stands for several, but for no more than look like
@@ -89,7 +92,7 @@ void main()
     uvec2 coarse = frame.splashKey.yz * subdivisions;
     vec2 ground = here.xz + frame.splashGrid.yz;
     ivec2 first = ivec2(floor((ground - 0.5 * span) / edge)), last = ivec2(floor((ground + 0.5 * span) / edge));
-    last = min(last, first + 1);
+    last = min(last, first + int(ceil(1.0 / frame.splashGrid.w)));
     for (int j = first.y; j <= last.y; ++j)
         for (int i = first.x; i <= last.x; ++i)
             for (uint slot = 0u; slot < 2u; ++slot) {

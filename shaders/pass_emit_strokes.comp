@@ -76,8 +76,8 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     float near = frame.range.x;
     if (min(depthOpen, depthClose) < near || depth > frame.range.y) return false;
     float path = dropClass.travel.w * frame.focus.z;
-    if (depth > visibleDepth(drop.diameter, path, frame.lens.x, frame.range.z)) return false;
-    float drawn = drawnShare(depth, drop.diameter, path, frame.lens.x, frame.medium.y);
+    if (depth > visibleDepth(drop.diameter, path, frame.boost.w, frame.range.z)) return false;
+    float drawn = drawnShare(depth, drop.diameter, path, frame.boost.w, frame.medium.y);
     if (drop.rank >= drawn * drawn) return false;
 
     vec2 start = frame.lens.zw + frame.lens.x / depthOpen * vec2(open.x, -open.y);

@@ -12,12 +12,12 @@ struct FrameConstants {
     vec4 focus;      // x: aperture diameter [m]; y: 1 / focus distance [1/m]; z: exposure [s]; w: fogTableScale of the fog table [m]
     uvec4 picture;   // x: width; y: height; z: drops listed; w: room for strokes
     vec4 fogColor;   // rgb: airlight if w = 1; w = 0: the light that a drop returns
-    vec4 boost;      // x: background boost c; y: 1 paper's C + cB, 0 energy-keeping C + c(B - Blow); z: optical depth at infinity; w: -
+    vec4 boost;      // x: background boost c; y: 1 paper's C + cB, 0 energy-keeping C + c(B - Blow); z: optical depth at infinity; w: focal length that visibility is judged by, the whole frame's at full scale [px]
     vec4 grade;      // x: darken; y: desaturate; z: blur sigma at infinite depth [px]; w: depth scale of the blur [m]
     vec4 atlas;      // x: groups; y: variants; z: first bead cycles; w: groups per octave
     vec4 atlasSize;  // x: texels across; y: texels along; z: tile width / drop diameter; w: largest footprint of a small stroke [px]
     vec4 splash;     // x: events per cell of edge splashGrid.x and slot; y: lifetime [s]; z: size multiplier; w: time in slots, fraction
-    vec4 splashGrid; // x: smallest cell edge [m]; y, z: camera's x, z from the corner of its coarsest cell [m]; w: -
+    vec4 splashGrid; // x: smallest cell edge [m]; y, z: camera's x, z from the corner of its coarsest cell [m]; w: pixels to one of the full picture's, at most 1
     uvec4 splashKey;  // x: seed; y, z: coarsest cell that the camera is in; w: most splashes a picture may list
     uvec4 splashTime; // x: time slot; y: subdivisions of the coarsest cell, log2; z, w: -
     vec4 splashDrop; // x, y: least, largest diameter of drops that splash [m]; z: slope of sizes [1/m]; w: greatest depth [m]

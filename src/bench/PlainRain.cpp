@@ -44,6 +44,7 @@ shared::FrameConstants constantsOf(const PlainScene& scene, const camera::Projec
     constants.lens = {focal, focal, 0.5f * float(scene.width), 0.5f * float(scene.height)};
     constants.range = {float(scene.visibility.near_m), float(scene.visibility.far_m), float(scene.visibility.threshold),
                        1};
+    constants.boost.w = focal;
     constants.focus = {0, 0.1f, float(scene.exposure_s), 20};
     constants.picture = {scene.width, scene.height, 0, 0};
     constants.lights.x = scene.lamps ? 1 : 0;
@@ -123,7 +124,7 @@ PlainRain::Frame PlainRain::render(const particles::RainField& field, int frame)
     result.cells_ms = clock.milliseconds();
     result.listed = cells.drops;
     result.picture = renderer_->render({.pixels = std::move(plate), .rows = nullptr, .canvas = nullptr},
-                                       constantsOf(scene_, exposure.projection), cells, glm::mat3(1.0f));
+                                       constantsOf(scene_, exposure.projection), cells, glm::mat3(1.0f), {});
     result.all_ms = clock.milliseconds();
     return result;
 }

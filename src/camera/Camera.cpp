@@ -6,21 +6,45 @@
 
 namespace virga::camera {
 
+Projection projectionFromFocal(int width, int height, double focal_px) noexcept
+{
+    return {width, height, focal_px, 0.5 * width, 0.5 * height, double(width), 1};
+}
+
 Projection projectionFromHorizontalFov(int width, int height, double horizontalFov) noexcept
 {
-    return {width, height, 0.5 * width / std::tan(0.5 * horizontalFov)};
+    return projectionFromFocal(width, height, 0.5 * width / std::tan(0.5 * horizontalFov));
 }
 
 Projection projectionFromVerticalFov(int width, int height, double verticalFov) noexcept
 {
-    return {width, height, 0.5 * height / std::tan(0.5 * verticalFov)};
+    return projectionFromFocal(width, height, 0.5 * height / std::tan(0.5 * verticalFov));
+}
+
+Projection partOf(const Projection& frame, double scale, const Window& region) noexcept
+{
+    Projection part;
+    part.width = region.width;
+    part.height = region.height;
+    part.focal_px = frame.focal_px * scale;
+    part.axisX_px = frame.axisX_px * scale - region.x;
+    part.axisY_px = frame.axisY_px * scale - region.y;
+    part.frameWidth_px = frame.frameWidth_px * scale;
+    part.scale = frame.scale * scale;
+    return part;
+}
+
+Borders bordersOf(const Projection& p, double beyond) noexcept
+{
+    return {-(p.axisX_px + beyond) / p.focal_px, (p.width - p.axisX_px + beyond) / p.focal_px,
+            -(p.height - p.axisY_px + beyond) / p.focal_px, (p.axisY_px + beyond) / p.focal_px};
 }
 
 Projected project(const Projection& projection, const glm::dvec3& p) noexcept
 {
     const double depth = -p.z;
     const double scale = projection.focal_px / depth;
-    return {{0.5 * projection.width + scale * p.x, 0.5 * projection.height - scale * p.y}, depth};
+    return {{projection.axisX_px + scale * p.x, projection.axisY_px - scale * p.y}, depth};
 }
 
 Pose Track::at(double frame) const

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/FrameRange.h"
+#include "core/Window.h"
 
 namespace virga::camera {
 
@@ -19,15 +20,33 @@ struct Pose {
     std::optional<double> verticalFov;  ///< [rad], when the track zooms
 };
 
-/// What a pose becomes on a picture of a given size.
+/// What a pose becomes on a picture: a whole frame, or a part of it, or of a smaller copy of it.
 struct Projection {
-    int width = 0, height = 0;
-    double focal_px = 0;  ///< focal length in pixels: x_px = width/2 + focal_px * x / depth
+    int width = 0, height = 0;          ///< of the part that is made [px]
+    double focal_px = 0;                ///< focal length in pixels: x_px = axisX_px + focal_px * x / depth
+    double axisX_px = 0, axisY_px = 0;  ///< where the optical axis meets the picture, from the part's corner
+    double frameWidth_px = 0;           ///< of the whole frame at this scale: the sensor's width
+    double scale = 1;                   ///< pixels of this picture to one of the frame's, 0 to 1
+
+    /// Of the frame at full scale. What can be seen is judged by it, so that a proxy shows the drops that the frame
+    /// has.
+    double fullFocal_px() const noexcept { return focal_px / scale; }
 };
 
-/// horizontalFov in (0, pi) [rad].
+/// What a picture shows, as x / depth and y / depth of its borders in camera axes. A part beside the axis has a border
+/// on the far side of it: then `left` is over 0, or `right` under it.
+struct Borders {
+    double left, right, bottom, top;
+};
+/// `beyond` pixels around it, too.
+Borders bordersOf(const Projection& projection, double beyond = 0) noexcept;
+
+/// Of a whole frame. horizontalFov in (0, pi) [rad].
+Projection projectionFromFocal(int width, int height, double focal_px) noexcept;
 Projection projectionFromHorizontalFov(int width, int height, double horizontalFov) noexcept;
 Projection projectionFromVerticalFov(int width, int height, double verticalFov) noexcept;
+/// A frame's projection at `scale`, of which `region` is made (in pixels at that scale; it may reach beyond the frame).
+Projection partOf(const Projection& frame, double scale, const Window& region) noexcept;
 
 /// Depth along -z [m] and place on the picture [px] of a point given in camera axes. depth <= 0 is behind the camera,
 /// and then `px` means nothing.

@@ -24,20 +24,12 @@ Vector cross(const Vector& a, const Vector& b)
 
 class Pinhole {
 public:
-    Pinhole(int width, int height, double horizontalFov) : width_(width), height_(height)
-    {
-        if (width < 1 || height < 1)
-            throw Error(ErrorCode::InvalidArgument, "a picture of {}x{} has no pixels", width, height);
-        if (!(horizontalFov > 0 && horizontalFov < std::numbers::pi))
-            throw Error(ErrorCode::InvalidArgument, "a horizontal field of view of {} degrees is not between 0 and 180",
-                        horizontalFov * 180 / std::numbers::pi);
-        focal_ = 0.5 * width / std::tan(0.5 * horizontalFov);
-    }
+    explicit Pinhole(const Lens& lens) : lens_(lens) {}
 
     /// The point at depth 1 that pixel (x, y) sees.
     Vector ray(int x, int y) const
     {
-        return {(x + 0.5 - 0.5 * width_) / focal_, -(y + 0.5 - 0.5 * height_) / focal_, -1};
+        return {(x + 0.5 - lens_.axisX_px) / lens_.focal_px, -(y + 0.5 - lens_.axisY_px) / lens_.focal_px, -1};
     }
     Vector point(int x, int y, double depth) const
     {
@@ -46,8 +38,7 @@ public:
     }
 
 private:
-    int width_, height_;
-    double focal_;
+    Lens lens_;
 };
 
 Vector unit(const Vector& up)
@@ -60,11 +51,26 @@ Vector unit(const Vector& up)
 
 }  // namespace
 
+Lens centredLens(int width, int height, double horizontalFov)
+{
+    if (width < 1 || height < 1)
+        throw Error(ErrorCode::InvalidArgument, "a picture of {}x{} has no pixels", width, height);
+    if (!(horizontalFov > 0 && horizontalFov < std::numbers::pi))
+        throw Error(ErrorCode::InvalidArgument, "a horizontal field of view of {} degrees is not between 0 and 180",
+                    horizontalFov * 180 / std::numbers::pi);
+    return {0.5 * width / std::tan(0.5 * horizontalFov), 0.5 * width, 0.5 * height};
+}
+
 Vector upInCamera(double pitch) noexcept { return {0, std::cos(pitch), std::sin(pitch)}; }
 
 ImageF groundDepth(int width, int height, double horizontalFov, double cameraHeight, const Vector& up)
 {
-    const Pinhole camera(width, height, horizontalFov);
+    return groundDepth(width, height, centredLens(width, height, horizontalFov), cameraHeight, up);
+}
+
+ImageF groundDepth(int width, int height, const Lens& lens, double cameraHeight, const Vector& up)
+{
+    const Pinhole camera(lens);
     if (!(cameraHeight > 0) || !std::isfinite(cameraHeight))
         throw Error(ErrorCode::InvalidArgument, "a camera height of {} m is not above 0", cameraHeight);
     const Vector normal = unit(up);
@@ -88,7 +94,7 @@ ImageF groundDepth(int width, int height, double horizontalFov, double cameraHei
 ImageF upFacing(ConstImageViewF metres, double horizontalFov, const Vector& up, int reach)
 {
     const int W = metres.width(), H = metres.height();
-    const Pinhole camera(W, H, horizontalFov);
+    const Pinhole camera(centredLens(W, H, horizontalFov));
     const Vector normalUp = unit(up);
     if (reach < 1) throw Error(ErrorCode::InvalidArgument, "a reach of {} pixels is not at least 1", reach);
     ImageF facing(W, H, 1, 0.0f);

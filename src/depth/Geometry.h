@@ -9,6 +9,13 @@
 
 namespace virga::depth {
 
+/// Where a picture that is part of a frame has its optical axis: nothing says that it is in the middle.
+struct Lens {
+    double focal_px = 0;
+    double axisX_px = 0, axisY_px = 0;  ///< from the picture's corner
+};
+Lens centredLens(int width, int height, double horizontalFov);
+
 /// x right, y up, z towards the viewer.
 using Vector = std::array<double, 3>;
 
@@ -21,6 +28,9 @@ Vector upInCamera(double pitch) noexcept;
 /// Throws Error(InvalidArgument) naming the value that is out of range (sizes below 1, height not above 0, fov, zero
 /// up).
 ImageF groundDepth(int width, int height, double horizontalFov, double cameraHeight, const Vector& up);
+
+/// The same of a part of a frame.
+ImageF groundDepth(int width, int height, const Lens& lens, double cameraHeight, const Vector& up);
 
 /// The same for a camera that is level but for its pitch.
 ImageF groundDepth(int width, int height, double horizontalFov, double cameraHeight, double pitch);

@@ -31,9 +31,9 @@ public:
         : cameraFromWorld_(glm::transpose(worldFromCamera)), far_(far), halfAperture_(0.5 * visibility.aperture_m),
           inverseFocus_(1 / visibility.focus_m),
           // Half a pixel beyond the border: a stroke is never narrower than one.
-          tanX_((0.5 * projection.width + 0.5) / projection.focal_px),
-          tanY_((0.5 * projection.height + 0.5) / projection.focal_px), lengthX_(std::hypot(1.0, tanX_)),
-          lengthY_(std::hypot(1.0, tanY_))
+          borders_(camera::bordersOf(projection, 0.5)), lengthLeft_(std::hypot(1.0, borders_.left)),
+          lengthRight_(std::hypot(1.0, borders_.right)), lengthBottom_(std::hypot(1.0, borders_.bottom)),
+          lengthTop_(std::hypot(1.0, borders_.top))
     {
     }
 
@@ -44,19 +44,26 @@ public:
         const glm::dvec3 p = inCamera(centreFromCamera);
         const double depth = -p.z;
         const double blur = std::max(blurAt(depth - radius), blurAt(depth + radius));
-        return depth > -radius && depth < far_ + radius && std::abs(p.x) - tanX_ * depth < radius * lengthX_ + blur &&
-               std::abs(p.y) - tanY_ * depth < radius * lengthY_ + blur;
+        return depth > -radius && depth < far_ + radius &&
+               p.x - borders_.right * depth < radius * lengthRight_ + blur &&
+               borders_.left * depth - p.x < radius * lengthLeft_ + blur &&
+               p.y - borders_.top * depth < radius * lengthTop_ + blur &&
+               borders_.bottom * depth - p.y < radius * lengthBottom_ + blur;
     }
 
     /// Distance from the camera to a far corner [m].
-    double cornerDistance() const { return far_ * std::hypot(1.0, tanX_, tanY_); }
+    double cornerDistance() const
+    {
+        return far_ * std::hypot(1.0, std::max(std::abs(borders_.left), std::abs(borders_.right)),
+                                 std::max(std::abs(borders_.bottom), std::abs(borders_.top)));
+    }
 
     /// Grows a box by the corners of the frustum out to `far` [m].
     void extend(glm::dvec3& low, glm::dvec3& high, double far) const
     {
         const glm::dmat3 worldFromCamera = glm::transpose(cameraFromWorld_);
-        for (const double x : {-tanX_, tanX_})
-            for (const double y : {-tanY_, tanY_}) {
+        for (const double x : {borders_.left, borders_.right})
+            for (const double y : {borders_.bottom, borders_.top}) {
                 const glm::dvec3 corner = worldFromCamera * glm::dvec3(x * far, y * far, -far);
                 low = glm::min(low, corner);
                 high = glm::max(high, corner);
@@ -72,7 +79,9 @@ private:
     double blurAt(double depth) const { return halfAperture_ * std::abs(1 - std::max(depth, 0.0) * inverseFocus_); }
 
     glm::dmat3 cameraFromWorld_;
-    double far_, halfAperture_, inverseFocus_, tanX_, tanY_, lengthX_, lengthY_;
+    double far_, halfAperture_, inverseFocus_;
+    camera::Borders borders_;
+    double lengthLeft_, lengthRight_, lengthBottom_, lengthTop_;  // of a border's normal, not of length 1
 };
 
 /// sin(angle / 2) of the rotation between two orientations.
@@ -167,7 +176,7 @@ void RainField::appendLayer(std::size_t number, const Exposure& exposure, const 
     const double faintest = std::max(visibility.threshold, visibility.thin * std::sqrt(layer.leastRank));
     double far = visibility.far_m;
     if (visibility.skipsFaint)
-        far = std::min(far, visibleDepth(c.d1, c, exposure.projection.focal_px, exposure.duration_s, faintest));
+        far = std::min(far, visibleDepth(c.d1, c, exposure.projection.fullFocal_px(), exposure.duration_s, faintest));
     if (far <= visibility.near_m) return;
 
     const glm::dvec3 fallen = motion_.displacement(c.speed, exposure.open_s);
@@ -278,11 +287,12 @@ double RainField::expectedStrokes(const camera::Projection& projection, double e
 {
     const double solidAngle =
         double(projection.width) * projection.height / (projection.focal_px * projection.focal_px);
+    const double focal = projection.fullFocal_px();
     double strokes = 0;
     for (const rainfall::SizeClass& c : classes_) {
-        const double path = projection.focal_px * motion_.fallSpeed(c.speed) * exposure_s;
+        const double path = focal * motion_.fallSpeed(c.speed) * exposure_s;
         const auto depthOf = [&](double diameter, double threshold) {
-            return std::clamp(visibleDepth(diameter, c, projection.focal_px, exposure_s, threshold), visibility.near_m,
+            return std::clamp(visibleDepth(diameter, c, focal, exposure_s, threshold), visibility.near_m,
                               std::max(visibility.far_m, visibility.near_m));
         };
         const auto volume = [&](double diameter) {
@@ -291,7 +301,7 @@ double RainField::expectedStrokes(const camera::Projection& projection, double e
                 return (std::pow(far, 3) - std::pow(visibility.near_m, 3)) / 3;
             const double whole = depthOf(diameter, visibility.thin);
             // q = reached / (z (path + z)): the integral of z^2 q^2 over the rest.
-            const double reached = std::numbers::pi / 4 * std::pow(projection.focal_px * diameter, 2) / visibility.thin;
+            const double reached = std::numbers::pi / 4 * std::pow(focal * diameter, 2) / visibility.thin;
             return (std::pow(whole, 3) - std::pow(visibility.near_m, 3)) / 3 +
                    reached * reached * (far - whole) / ((path + whole) * (path + far));
         };

@@ -82,8 +82,8 @@ VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const ei
     p.depthClose = -close.z;
     p.depth = (p.depthOpen + p.depthClose) * 0.5f;
     const Float path = dropClass.travel.w * c.focus.z;
-    const Float visible = eight::visibleDepth(drop.diameter, path, Float(c.lens.x), Float(c.range.z));
-    p.drawn = eight::drawnShare(p.depth, drop.diameter, path, Float(c.lens.x), Float(c.medium.y));
+    const Float visible = eight::visibleDepth(drop.diameter, path, Float(c.boost.w), Float(c.range.z));
+    p.drawn = eight::drawnShare(p.depth, drop.diameter, path, Float(c.boost.w), Float(c.medium.y));
     p.isSeen = (lanes::min(p.depthOpen, p.depthClose) >= c.range.x) & (p.depth <= c.range.y) & (p.depth <= visible) &
                (drop.rank < p.drawn * p.drawn);
     if (!p.isSeen.any()) return p;

@@ -1,6 +1,7 @@
 #include "passes/CpuRenderer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <glm/packing.hpp>
 #include <limits>
@@ -83,6 +84,7 @@ struct CpuRenderer::Impl {
     std::map<std::string, double> passMs;
     LayerImages layers;
     ImageF nearestDepth, nearestMotion;
+    Watch watch;
 
     template <class Work>
     void timed(const char* name, const Work& work)
@@ -116,6 +118,9 @@ CpuRenderer::CpuRenderer(int width, int height, const Features& features, const 
 }
 
 CpuRenderer::~CpuRenderer() = default;
+
+void CpuRenderer::resize(int width, int height) { impl_->frame.constants.picture = {width, height, 0, 0}; }
+void CpuRenderer::setWatch(const Watch& watch) { impl_->watch = watch; }
 
 void CpuRenderer::setDepth(ConstImageViewF depth) { impl_->frame.depth = depth; }
 void CpuRenderer::setFogTable(const std::vector<float>& opticalDepth) { impl_->frame.fogTable = opticalDepth; }
@@ -177,12 +182,20 @@ void CpuRenderer::Impl::drawBands(const Surface& surface)
     const Timer timer;
     std::mutex mutex;
     BandTimes all;
+    const auto caller = std::this_thread::get_id();
+    std::atomic<int> done = 0;
+    std::atomic<bool> ends = false;
     parallelFor(0, bands(), 1, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         BandWork work;
-        for (auto number = int(first); number < int(last); ++number) drawBand(number, surface, work);
+        for (auto number = int(first); number < int(last) && !ends; ++number) {
+            drawBand(number, surface, work);
+            const int drawn = ++done;
+            if (watch && std::this_thread::get_id() == caller && !watch(double(drawn) / bands())) ends = true;
+        }
         const std::lock_guard lock(mutex);
         all.add(work.times);
     });
+    if (ends) throw Error(ErrorCode::Interrupted, "the frame is wanted no longer");
     const double share = timer.milliseconds() / std::max(all.all(), 1e-6);
     if (frame.features.rain) passMs["strokes"] += share * all.strokes;
     if (frame.features.splashes) passMs["splashes"] += share * all.splashes;

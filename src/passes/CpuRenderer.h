@@ -16,6 +16,7 @@
 
 #include "core/Image.h"
 #include "core/PictureRows.h"
+#include "core/Watch.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
 #include "passes/Features.h"
@@ -29,6 +30,9 @@ public:
     CpuRenderer(int width, int height, const Features& features, const matte::StrokeAtlas& atlas);
     ~CpuRenderer();
 
+    void resize(int width, int height);
+    /// Asked between bands of rows, on the thread that calls render(), which then throws Error(Interrupted).
+    void setWatch(const Watch& watch);
     /// As FrameTargets' of the same names. Depth is not copied and must live until the frame is rendered.
     void setDepth(ConstImageViewF depth);
     void setFogTable(const std::vector<float>& opticalDepth);

@@ -24,7 +24,8 @@ constexpr float mostPerCell = 16, mostWeight = 2;
 /// A surface that faces up, as a block of pixels shows it.
 struct Surface {
     vec3 point, normal;  // from the camera, world axes [m]
-    float span;          // of the block on the ground [m]
+    float span;          // of the block on the ground, no less than a cell [m]
+    float fullSpan;      // of a block of the full picture [m]
 };
 
 class Emitter {
@@ -41,8 +42,9 @@ public:
         Surface surface;
         if (!surfaceAt(x + splashBlock / 2, y + splashBlock / 2, surface)) return;
 
-        // Cells as large as the block's footprint on the ground, so that it touches four at most.
-        const float level = std::min(std::ceil(std::log2(surface.span / c_.splashGrid.x)), float(c_.splashTime.y));
+        // Cells as large as the footprint on the ground of a block of the full picture, so that this one touches four
+        // at most, and in a proxy the cells that the full picture's blocks in its place do.
+        const float level = std::min(std::ceil(std::log2(surface.fullSpan / c_.splashGrid.x)), float(c_.splashTime.y));
         const float edge = c_.splashGrid.x * std::exp2(level);
         const float events = c_.splash.x * std::exp2(2 * level);
         // Where a cell holds more impacts than can be told apart, each stands for several, but for no more than look
@@ -55,7 +57,8 @@ public:
         const std::uint32_t coarseX = c_.splashKey.y * subdivisions, coarseZ = c_.splashKey.z * subdivisions;
         const vec2 ground = vec2(surface.point.x, surface.point.z) + vec2(c_.splashGrid.y, c_.splashGrid.z);
         const vec2 low = glm::floor((ground - 0.5f * surface.span) / edge);
-        const vec2 high = glm::min(glm::floor((ground + 0.5f * surface.span) / edge), low + 1.0f);
+        const vec2 high =
+            glm::min(glm::floor((ground + 0.5f * surface.span) / edge), low + std::ceil(1.0f / c_.splashGrid.w));
         for (auto j = int(low.y); j <= int(high.y); ++j)
             for (auto i = int(low.x); i <= int(high.x); ++i)
                 for (std::uint32_t slot = 0; slot < 2; ++slot) {
@@ -99,8 +102,10 @@ private:
         surface.normal = glm::normalize(glm::cross(across, down));
         if (surface.normal.y < 0) surface.normal = -surface.normal;
         if (!(surface.normal.y >= faceUp)) return false;
-        surface.span = std::max({2 * (std::abs(across.x) + std::abs(down.x)),
-                                 2 * (std::abs(across.z) + std::abs(down.z)), c_.splashGrid.x});
+        const float footprint =
+            2 * std::max(std::abs(across.x) + std::abs(down.x), std::abs(across.z) + std::abs(down.z));
+        surface.span = std::max(footprint, c_.splashGrid.x);
+        surface.fullSpan = std::max(footprint * c_.splashGrid.w, c_.splashGrid.x);
         return true;
     }
 

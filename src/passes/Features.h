@@ -19,6 +19,8 @@ struct Features {
     bool nearest = false;       ///< depth and motion of the nearest stroke; needs rain
     bool veil = false;          ///< faint strokes are thinned out, their mean is added to the rain's sums; needs rain
 
+    friend bool operator==(const Features&, const Features&) = default;
+
     bool light() const { return rain || fog || splashes; }  ///< something shows the light of drops
     bool lowPass() const { return boost || fog; }           ///< something needs the smooth background too
     bool anything() const { return rain || fog || splashes || blur || darken || colorTransfer; }

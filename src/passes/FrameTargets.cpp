@@ -36,15 +36,24 @@ gl::Buffer zeroedBuffer(std::size_t bytes)
 }  // namespace
 
 FrameTargets::FrameTargets(int width, int height, const Features& features)
-    : features_(features), width_(width), height_(height), constants_(sizeof(shared::FrameConstants))
+    : features_(features), constants_(sizeof(shared::FrameConstants))
 {
+    frame_.lights.y = coarsestLightGrid;
+    resize(width, height);
+}
+
+void FrameTargets::resize(int width, int height)
+{
+    width_ = width;
+    height_ = height;
+    const Features& features = features_;
     const std::size_t pixels = std::size_t(width) * std::size_t(height);
     plate = pictureTexture(GL_RGBA32F, width, height);
     beauty_ = gl::Buffer(pixels * 4 * sizeof(float), 0);
     if (features.rain) accumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.splashes) splashAccumulators_ = zeroedBuffer(accumulatorBytes());
     if (features.depth) depth_ = pictureTexture(GL_R32F, width, height);
-    if (features.light()) makeLightGrid(coarsestLightGrid);
+    if (features.light()) makeLightGrid(lightGridStep());
     if (features.blur) {
         blurA = pictureTexture(GL_RGBA32F, width, height);
         blurB = pictureTexture(GL_RGBA32F, width, height);

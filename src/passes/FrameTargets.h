@@ -48,6 +48,8 @@ enum StorageIndex : unsigned {
 class FrameTargets {
 public:
     FrameTargets(int width, int height, const Features& features);
+    /// Forgets plate, depth and results; tables, maps and lamps stay.
+    void resize(int width, int height);
 
     const Features& features() const { return features_; }
     int width() const { return width_; }

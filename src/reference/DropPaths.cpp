@@ -56,8 +56,10 @@ DropPaths::DropPaths(const Scene& scene) : scene_(scene)
                     "one; lower --far to {:.2g}",
                     expected, listed.far_m, mostDrops, listed.far_m * std::cbrt(0.9 * mostDrops / expected));
     particles::Exposure wider = exposure;
-    wider.projection.width += int(2 * widerBy * exposure.projection.focal_px);
-    wider.projection.height += int(2 * widerBy * exposure.projection.focal_px);
+    const int by_px = int(widerBy * exposure.projection.focal_px);
+    wider.projection =
+        camera::partOf(exposure.projection, 1,
+                       {-by_px, -by_px, exposure.projection.width + 2 * by_px, exposure.projection.height + 2 * by_px});
     list_ = field.cellsInView(wider, listed);
 
     const glm::dquat open = glm::quat_cast(exposure.poseAtOpen.worldFromCamera),
@@ -90,8 +92,9 @@ DropPath::Moment DropPaths::momentOf(std::size_t cell, std::uint32_t index, int 
     const glm::dvec3 inCamera = step.cameraFromWorld * moment.fromCamera;
     moment.depth = -inCamera.z;
     moment.focal_px = step.focal_px;
-    const camera::Projection& picture = scene_.exposure.projection;
-    moment.px = camera::project({picture.width, picture.height, step.focal_px}, inCamera).px;
+    camera::Projection picture = scene_.exposure.projection;
+    picture.focal_px = step.focal_px;
+    moment.px = camera::project(picture, inCamera).px;
     return moment;
 }
 
@@ -113,7 +116,7 @@ bool DropPaths::follow(std::size_t cell, std::uint32_t index, DropPath& path) co
     path.standsFor = 1;
     if (!scene_.rain.allDrops) {
         const double way = double(dropClass.travel.w) * scene_.exposure.duration_s,
-                     focal = scene_.exposure.projection.focal_px;
+                     focal = scene_.exposure.projection.fullFocal_px();
         if (middle > drawnDepth(path.diameter, way, focal, visibility.threshold)) return false;
         const double share = thinnedShare(path.diameter, way, focal, middle, visibility.thin);
         if (double(drop.rank) >= share * share) return false;

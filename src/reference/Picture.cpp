@@ -21,7 +21,7 @@ std::vector<glm::dvec3> directionsOf(const particles::Exposure& exposure)
         for (int x = 0; x < p.width; ++x)
             directions.push_back(
                 exposure.poseAtOpen.worldFromCamera *
-                glm::normalize(glm::dvec3(x + 0.5 - 0.5 * p.width, 0.5 * p.height - y - 0.5, -p.focal_px)));
+                glm::normalize(glm::dvec3(x + 0.5 - p.axisX_px, p.axisY_px - y - 0.5, -p.focal_px)));
     return directions;
 }
 

@@ -53,7 +53,7 @@ public:
         for (int i = 0; i < nodes; ++i)
             depths_.push_back(rain.visibility.far_m * std::pow(double(i) / (nodes - 1), 2.0));
         sums_ = thinnedOpticalDepths(depths_, *rain.thinnedSizes, *rain.field, rain.visibility,
-                                     scene.exposure.projection.focal_px, scene.exposure.duration_s);
+                                     scene.exposure.projection.fullFocal_px(), scene.exposure.duration_s);
         clear_ = {0};
         for (double& sum : sums_) sum *= rain.opacity;
         for (std::size_t i = 1; i < depths_.size(); ++i) {

@@ -4,224 +4,224 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <deque>
-#include <glm/geometric.hpp>
-#include <limits>
 #include <optional>
 #include <utility>
 
-#include "core/Parallel.h"
 #include "core/Timer.h"
-#include "passes/SplashPass.h"
 #include "shot/AtlasFile.h"
 #include "shot/LampReach.h"
+#include "shot/PassInputs.h"
 #include "shot/PictureRenderer.h"
 #include "shot/PixelRepair.h"
 
 namespace virga::shot {
-namespace {
-
-/// Depth of the middle entry of the fog and veil tables [m].
-constexpr double fogTableScale = 20;
-constexpr std::size_t tableSize = shared::fogTableSize;
-
-double depthOfEntry(std::size_t entry)
-{
-    const double place = double(entry) / double(tableSize - 1);
-    return place < 1 ? fogTableScale * place / (1 - place) : std::numeric_limits<double>::infinity();
-}
-
-}  // namespace
-
-struct Compositor::Impl : ShotScene {
-    Impl(const Settings& settings_, const Shot& shot_, const CompositorOptions& options, const PlateSamples& samples)
-        : ShotScene(settings_, shot_, options.wanted, samples, KeptFiles(options.cacheFolder)), wanted(options.wanted)
+struct Compositor::Impl : PassInputs {
+    Impl(const Settings& settings_, const Shot& shot_, const CompositorOptions& options_, const PlateSamples& samples_)
+        : PassInputs(settings_, shot_, options_.wanted, samples_, KeptFiles(options_.cacheFolder)), options(options_)
     {
+        if (options.changes) samples = samples_;
     }
 
-    Wanted wanted;
+    const CompositorOptions options;
+    PlateSamples samples;  // options.changes
     CompositorStatistics statistics;
 
     std::unique_ptr<PictureRenderer> renderer;
+    passes::Features madeFor;  // the renderer
+    std::shared_ptr<const matte::StrokeAtlas> atlas;
+    std::vector<float> ringTransfer;  // features.lights
+    double greatestTransfer = 0;      // of ringTransfer [1/sr]
     std::atomic<std::size_t> repairedInRows = 0;
 
-    Timeline* timeline = nullptr;
     struct Handed {
         FrameNumber frame;
         Timeline::Clock::time_point start;
     };
     std::deque<Handed> inFlight;              // frames that are not complete, oldest first
     Timeline::Clock::time_point passesEnd{};  // of the passes on the timeline
+
+    // What the renderer has been told.
+    Window drawn;
+    double scale = 1;
     std::shared_ptr<const depth::Depth> usedDepth;
-    double tablesFocal = -1;  // focal length that the tables in use were made for [px]
-    std::vector<float> fogTable, veilTable;
     std::optional<particles::FarthestDepth> farthestDepth;  // of usedDepth
-    std::vector<float> ringTransfer;                        // features.lights
+    double tablesFocal = -1;                                // focal length that the tables were made for [px]
+    Tables tables;
+    bool hasLight = false;
     std::size_t lampsInUse = 0;
-    double matteWidthDiameters = 1;
-    double greatestTransfer = 0;    // of ringTransfer [1/sr]
     std::uint64_t lastContent = 0;  // of the plate frame that was rendered last; 0: it came to nothing, or nobody knows
 
-    shared::FrameConstants constantsFor(const particles::Exposure& exposure) const;
-    particles::CellList cellsIn(const particles::Exposure& exposure) const;
-    double dropWay(const particles::Exposure& exposure) const;
-    std::vector<SceneLight> seenLamps(const particles::Exposure& exposure) const;
+    void prepare(unsigned parts);
+    void forgetWhatIsTold();
+    ViewWindows windowsFor(const View& view) const;
+    bool needsWholePlate() const;
+    void look(double scale, const Window& drawn);
     void leaveOutLamps();
     void setLamps(const particles::Exposure& exposure);
     void setTables(const particles::Exposure& exposure);
     void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate, bool isSamePlate);
-    /// The frame without its margins.
-    ConstImageViewF frameIn(const ImageF& wide) const
-    {
-        return {wide.pixel(shot.marginX, shot.marginY), shot.width, shot.height, wide.channels(),
-                std::ptrdiff_t(wide.width()) * wide.channels()};
-    }
+    void setLight(const io::PlateFrame& plate, const ViewWindows& windows, bool isSamePlate);
     void repair(io::PlateFrame& plate);
     void add(const DrawnPicture& drawn, const Handed& handed);
-    ImageF sampledPlate(const io::PlateFrame& plate) const;
-    void openRenderer(const CompositorOptions& options);
+    ConstImageViewF wholeFrameIn(const io::PlateFrame& plate, const ViewWindows& windows) const;
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
+    io::RenderedFrame render(io::PlateFrame plate, ViewWindows windows, std::shared_ptr<RowSink> canvas,
+                             const Watch& watch);
 };
-
-shared::FrameConstants Compositor::Impl::constantsFor(const particles::Exposure& exposure) const
-{
-    shared::FrameConstants c{};
-    const auto cameraFromWorld = [](const camera::Pose& pose) {
-        return glm::mat4(glm::mat3(glm::transpose(pose.worldFromCamera)));
-    };
-    c.cameraFromWorldOpen = cameraFromWorld(exposure.poseAtOpen);
-    c.cameraFromWorldClose = cameraFromWorld(exposure.poseAtClose);
-    const double focal = exposure.projection.focal_px;
-    const int width = exposure.projection.width, height = exposure.projection.height;
-    c.lens = {float(focal), float(projectionAt(exposure.poseAtClose).focal_px), 0.5f * float(width),
-              0.5f * float(height)};
-    c.range = {float(settings.near_m), float(settings.far_m), 0, float(settings.opacity)};
-    const double lensFocal_m = 1e-3 * settings.sensorWidth_mm * focal / shot.width;
-    c.focus = {float(lensFocal_m / settings.fstop), float(1 / settings.focus_m), float(exposure.duration_s),
-               float(fogTableScale)};
-    c.picture = {std::uint32_t(width), std::uint32_t(height), 0, 0};
-    if (settings.fogColor) {
-        const auto& color = *settings.fogColor;
-        c.fogColor = {float(color[0]), float(color[1]), float(color[2]), 1};
-    }
-    c.boost = {float(settings.paper ? 0.7 : settings.backgroundBoost), settings.paper ? 1.0f : 0.0f, 0, 0};
-    c.grade = {float(settings.darken), float(settings.desaturate), float(settings.blur_px),
-               float(settings.blurDistance_m)};
-    c.lights.x = std::uint32_t(lampsInUse);
-    if (plan.features.fog) c.medium.x = float(extinctionAround(exposure));
-    c.lut = {lut.delta, lut.maximum, float(lut.size), 0};
-    if (rain) {
-        const particles::Visibility visibility = rain->visibility(exposure);
-        c.range.z = float(visibility.threshold);
-        c.medium.y = float(visibility.thin);
-        c.medium.z = veilTable[2 * tableSize - 2];
-        c.medium.w = veilTable[2 * tableSize - 1];
-        c.boost.z = float(rain->opticalDepth(settings.fogDistance_m, exposure));
-    }
-    if (plan.features.fog && settings.fog_1_m) c.boost.z = float(*settings.fog_1_m * settings.fogDistance_m);
-    if (plan.features.splashes) rain->describeSplashes(c, exposure, settings);
-    c.splashKey.w = std::uint32_t(passes::SplashPass::capacity(width, height));
-    return c;
-}
-
-particles::CellList Compositor::Impl::cellsIn(const particles::Exposure& exposure) const
-{
-    particles::Visibility visibility = rain->visibility(exposure);
-    visibility.skipsOutOfView = plan.skips.outOfView;
-    visibility.skipsFaint = plan.skips.faint;
-    if (!farthestDepth) return rain->field().cellsInView(exposure, visibility);
-    const shared::FrameConstants c = constantsFor(exposure);
-    const auto [least, greatest] = std::minmax(c.lens.x, c.lens.y);
-    const particles::HiddenCells hidden(*farthestDepth, {.leastFocal_px = double(least),
-                                                         .greatestFocal_px = double(greatest),
-                                                         .axisX_px = double(c.lens.z),
-                                                         .axisY_px = double(c.lens.w),
-                                                         .aperture_m = double(c.focus.x),
-                                                         .inverseFocus_1_m = double(c.focus.y),
-                                                         .near_m = settings.near_m,
-                                                         .matteWidthDiameters = matteWidthDiameters});
-    visibility.hidden = &hidden;
-    return rain->field().cellsInView(exposure, visibility);
-}
-
-/// The farthest that a drop gets while the shutter is open [m], the camera's own way left out.
-double Compositor::Impl::dropWay(const particles::Exposure& exposure) const
-{
-    const particles::Motion& motion = rain->field().motion();
-    double farthest = 0;
-    for (const rainfall::SizeClass& c : rain->field().classes())
-        farthest = std::max(farthest, glm::length(motion.displacement(c.speed, exposure.open_s + exposure.duration_s) -
-                                                  motion.displacement(c.speed, exposure.open_s)));
-    return farthest + 2 * motion.turbulenceReach();
-}
-
-std::vector<SceneLight> Compositor::Impl::seenLamps(const particles::Exposure& exposure) const
-{
-    if (!plan.skips.farLamps) return lamps;
-    return lampsInReach(lamps, exposure, settings.far_m, extinctionAround(exposure), greatestTransfer,
-                        dropWay(exposure));
-}
 
 /// Lamps that no drop of the shot is lit by need no sums and no part in the shaders. A camera that moves may come near
 /// them: then each frame decides.
 void Compositor::Impl::leaveOutLamps()
 {
-    ringTransfer = ringTransferTable();
+    if (ringTransfer.empty()) ringTransfer = ringTransferTable();
     greatestTransfer = double(*std::max_element(ringTransfer.begin(), ringTransfer.end()));
     if (lamps.empty() || !plan.skips.passes || !track.isStatic()) return;
-    if (!seenLamps(exposureAt(shot.firstFrame)).empty()) return;
+    if (!seenLamps(exposureAt(shot.firstFrame), greatestTransfer).empty()) return;
     plan.features.lights = false;
     plan.leaveOut("lights", fmt::format("no light of '{}' reaches a drop", settings.lights));
 }
 
-void Compositor::Impl::setLamps(const particles::Exposure& exposure)
+/// After the scene's parts have been made: a renderer for them, unless the one that is there will do.
+void Compositor::Impl::prepare(unsigned parts)
 {
-    std::vector<shared::PointLight> fromCamera;
-    for (const SceneLight& lamp : seenLamps(exposure))
-        fromCamera.push_back({glm::vec4(glm::vec3(lamp.position - exposure.poseAtOpen.position), float(lamp.radius_m)),
-                              glm::vec4(glm::vec3(lamp.intensity), 0.0f)});
-    lampsInUse = fromCamera.size();
-    renderer->setLamps(fromCamera);
+    statistics.lightSource = lightSource;
+    for (const auto& [part, name] : {std::pair{RainPart, "rain"},
+                                     {LightPart, "light"},
+                                     {DepthPart, "depth"},
+                                     {LampsPart, "lamps"},
+                                     {TransferPart, "colour transfer"},
+                                     {CameraPart, "camera"}})
+        if (parts & part) ++statistics.made[name];
+    if (parts & MattesPart) atlas = nullptr;
+    if (parts & DepthPart) usedDepth = nullptr;
+    if (parts & FogPart) tablesFocal = -1;
+    if (parts & LightPart) hasLight = false;
+    lastContent = 0;
+    if (plan.isPassThrough()) return;
+    if (plan.features.lights) leaveOutLamps();
+    if (renderer && madeFor == plan.features && !(parts & (MattesPart | TransferPart))) return;
+    if (plan.features.rain && !atlas)
+        atlas = std::make_shared<const matte::StrokeAtlas>(
+            settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed)) : loadAtlas(settings.mattes));
+    const Window frame = drawn.isEmpty() ? frameWindow() : drawn;
+    const matte::StrokeAtlas none;
+    auto made = makePictureRenderer({frame.width, frame.height, plan.features, plan.features.rain ? *atlas : none, lut,
+                                     ringTransfer, options.device, options.shaderFolder, options.cacheFolder});
+    renderer = std::move(made);
+    madeFor = plan.features;
+    ++statistics.made["renderer"];
+    statistics.device = renderer->device();
+    forgetWhatIsTold();
+    drawn = frame;
 }
 
-/// Fog and veil as functions of depth. The veil's second sum has the light that the fog in front of it lets through.
+void Compositor::Impl::forgetWhatIsTold()
+{
+    usedDepth = nullptr;
+    farthestDepth.reset();
+    tablesFocal = -1;
+    hasLight = false;
+    lastContent = 0;
+}
+
+ViewWindows Compositor::Impl::windowsFor(const View& view) const
+{
+    // As far as a Gaussian of the largest sigma is summed.
+    const int blurReach = plan.features.blur ? int(std::ceil(3 * settings.blur_px * view.scale)) + 1 : 0;
+    int splashReach = 0;
+    if (plan.features.splashes) {
+        // Droplets fly and crowns grow so far; on nothing nearer than a metre, or than a lower camera's ground.
+        const double reach_m = 0.05 + 0.05 * settings.dropSize * settings.splashSize;
+        const double nearest_m = settings.depth.empty() ? std::min(1.0, parseGround(settings.ground).height_m) : 1.0;
+        const double focal = exposureAt(shot.firstFrame).projection.fullFocal_px() * view.scale;
+        splashReach = int(std::ceil(std::min(4096.0, focal * reach_m / nearest_m)));
+    }
+    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * view.scale))); };
+    return windowsOf(view, {0, 0, side(shot.width), side(shot.height)}, blurReach, splashReach);
+}
+
+bool Compositor::Impl::needsWholePlate() const
+{
+    return (plan.features.light() && light && light->needsPlate()) ||
+           (plan.features.depth && depth && depth->mayFollowPlate());
+}
+
+/// Makes the renderer's pictures those of a part of the frame.
+void Compositor::Impl::look(double newScale, const Window& newDrawn)
+{
+    if (newScale == scale && newDrawn == drawn) return;
+    ShotScene::look(newScale, newDrawn);
+    if (newDrawn.width != drawn.width || newDrawn.height != drawn.height)
+        renderer->resize(newDrawn.width, newDrawn.height);
+    scale = newScale;
+    drawn = newDrawn;
+    usedDepth = nullptr;
+    lastContent = 0;
+}
+
+void Compositor::Impl::setLamps(const particles::Exposure& exposure)
+{
+    const std::vector<SceneLight> seen = seenLamps(exposure, greatestTransfer);
+    lampsInUse = seen.size();
+    renderer->setLamps(fromCamera(seen, exposure));
+}
+
 void Compositor::Impl::setTables(const particles::Exposure& exposure)
 {
-    if (tablesFocal == exposure.projection.focal_px) return;
-    tablesFocal = exposure.projection.focal_px;
-    const particles::Visibility visibility = rain ? rain->visibility(exposure) : particles::Visibility{};
-    fogTable.assign(tableSize, 0);
-    veilTable.assign(2 * tableSize, 0);
-    parallelFor(0, std::ptrdiff_t(tableSize), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-        for (auto i = std::size_t(first); i < std::size_t(last); ++i) {
-            if (plan.features.fog) fogTable[i] = float(fogOpticalDepth(depthOfEntry(i), exposure));
-            if (plan.features.veil) veilTable[2 * i] = float(rain->veil(depthOfEntry(i), exposure, visibility));
-        }
-    });
-    for (std::size_t i = 1; i < tableSize; ++i) {
-        const float clear = 0.5f * (std::exp(-fogTable[i - 1]) + std::exp(-fogTable[i]));
-        veilTable[2 * i + 1] = veilTable[2 * i - 1] + clear * (veilTable[2 * i] - veilTable[2 * i - 2]);
-    }
+    if (tablesFocal == exposure.projection.fullFocal_px()) return;
+    tablesFocal = exposure.projection.fullFocal_px();
+    tables = tablesFor(exposure);
     if (plan.features.fog) {
         statistics.fogExtinction_1_m = extinctionAround(exposure);
-        renderer->setFogTable(fogTable);
+        renderer->setFogTable(tables.fog);
     }
-    if (plan.features.veil) renderer->setVeilTable(veilTable);
+    if (plan.features.veil) renderer->setVeilTable(tables.veil);
 }
 
 void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate,
                                 bool isSamePlate)
 {
-    const auto now = depth->at(frame, exposure.poseAtOpen, exposure.projection, plate, isSamePlate);
+    const auto now = depthAt(frame, exposure, plate, isSamePlate);
     if (now == usedDepth) return;
     renderer->setDepth(now->metres);
+    farthestDepth.reset();
     if (plan.features.rain && plan.skips.behindDepth) farthestDepth.emplace(now->metres);
     statistics.depthCounts = now->counts;
     statistics.depthResampled = now->resampled;
     usedDepth = now;
+}
+
+void Compositor::Impl::setLight(const io::PlateFrame& plate, const ViewWindows& windows, bool isSamePlate)
+{
+    ImageF sampled;
+    if (light->needsPlate()) {
+        const ConstImageViewF whole = plate.rows ? ConstImageViewF() : wholeFrameIn(plate, windows);
+        if (!plate.rows && whole.empty())
+            throw Error(ErrorCode::InvalidArgument,
+                        "frame {}: is lit by its own plate, of which all is needed, not a part", plate.number);
+        sampled = plate.rows ? sampledForLight(*plate.rows) : sampledForLight(ImageRows(whole));
+        repairedInRows = 0;  // they will be read again
+    }
+    if (light->update(plate.number, viewOf(sampled, plate.number), isSamePlate) || !hasLight)
+        renderer->setDropRadiance(light->radiance(), light->lowPassBackground());
+    hasLight = true;
+    statistics.lightOrder = light->order();
+    statistics.lightRemainder = light->remainder();
+    statistics.lightCount = light->lightCount();
+}
+
+/// Empty if the plate is a part of it.
+ConstImageViewF Compositor::Impl::wholeFrameIn(const io::PlateFrame& plate, const ViewWindows& windows) const
+{
+    const Window frame = windows.frame;
+    if (plate.pixels.empty() || !windows.plate.contains(frame)) return {};
+    return {plate.pixels.pixel(frame.x - windows.plate.x, frame.y - windows.plate.y), frame.width, frame.height,
+            plate.pixels.channels(), std::ptrdiff_t(plate.pixels.width()) * plate.pixels.channels()};
 }
 
 void Compositor::Impl::repair(io::PlateFrame& plate)
@@ -239,6 +239,7 @@ void Compositor::Impl::add(const DrawnPicture& drawn, const Handed& handed)
     for (const auto& [name, ms] : drawn.passMs) statistics.passMs[name] += ms;
     statistics.strokes += drawn.strokes;
     statistics.splashes += drawn.splashes;
+    Timeline* const timeline = options.timeline;
     if (timeline == nullptr) return;
     passesEnd = std::max(passesEnd, handed.start);
     for (const char* pass : {"upload", "to light", "light", "blur", "splashes", "drops", "strokes", "composite",
@@ -252,49 +253,39 @@ void Compositor::Impl::add(const DrawnPicture& drawn, const Handed& handed)
     }
 }
 
-/// The frame's plate, thinned out for the light.
-ImageF Compositor::Impl::sampledPlate(const io::PlateFrame& plate) const
-{
-    if (plate.rows) return sampledForLight(*plate.rows);
-    return sampledForLight(ImageRows(frameIn(plate.pixels)));
-}
-
-void Compositor::Impl::openRenderer(const CompositorOptions& options)
-{
-    const matte::StrokeAtlas atlas = !plan.features.rain       ? matte::StrokeAtlas{}
-                                     : settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed))
-                                                               : loadAtlas(settings.mattes);
-    matteWidthDiameters = double(atlas.acrossDiameters);
-    if (plan.features.lights) leaveOutLamps();
-    renderer = makePictureRenderer({shot.width + 2 * shot.marginX, shot.height + 2 * shot.marginY, plan.features, atlas,
-                                    lut, ringTransfer, options.device, options.shaderFolder, options.cacheFolder});
-    statistics.device = renderer->device();
-}
-
 Compositor::Compositor(const Settings& settings, const Shot& shot, const CompositorOptions& options,
                        const PlateSamples& samples)
-    : options_(options), samples_(samples), impl_(std::make_unique<Impl>(settings, shot, options, samples))
+    : impl_(std::make_unique<Impl>(settings, shot, options, samples))
 {
-    Impl& m = *impl_;
-    m.statistics.lightSource = m.lightSource;
-    m.timeline = options.timeline;
-    if (!m.plan.isPassThrough()) m.openRenderer(options);
+    impl_->prepare(~0u);
 }
 
 Compositor::~Compositor() = default;
 
 void Compositor::change(const Settings& settings)
 {
-    impl_ = std::move(Compositor(settings, impl_->shot, options_, samples_).impl_);
+    Impl& m = *impl_;
+    assert(m.options.changes);
+    const SceneParts before = m;
+    const auto atlas = m.atlas;
+    try {
+        m.prepare(m.change(settings, m.samples));
+    } catch (...) {
+        static_cast<SceneParts&>(m) = before;
+        m.atlas = atlas;
+        m.forgetWhatIsTold();
+        throw;
+    }
 }
 
-Window Compositor::plateNeededFor(const View& view) const { return view.region; }
-bool Compositor::needsWholePlate() const { return impl_->light && impl_->light->needsPlate(); }
-
-io::RenderedFrame Compositor::render(io::PlateFrame plate, const View&, const Watch&)
+Window Compositor::plateNeededFor(const View& view) const
 {
-    return render(std::move(plate));
+    View anyPlate = view;
+    anyPlate.plate = {};
+    return impl_->windowsFor(anyPlate).needed;
 }
+
+bool Compositor::needsWholePlate() const { return impl_->needsWholePlate(); }
 
 const FramePlan& Compositor::plan() const { return impl_->plan; }
 
@@ -312,7 +303,7 @@ void Compositor::complete()
     const Timer clock;
     const Impl::Handed handed = m.inFlight.front();
     m.inFlight.pop_front();
-    const StageSpan span(m.timeline, "renderer", "wait for device", handed.frame);
+    const StageSpan span(m.options.timeline, "renderer", "wait for device", handed.frame);
     m.add(m.renderer->complete(), handed);
     m.statistics.renderSeconds += clock.seconds();
 }
@@ -350,73 +341,92 @@ std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
 
 io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas)
 {
-    Impl& m = *impl_;
-    CompositorStatistics& statistics = m.statistics;
+    return impl_->render(std::move(plate), impl_->windowsFor({}), std::move(canvas), {});
+}
+
+io::RenderedFrame Compositor::render(io::PlateFrame plate, const View& view, const Watch& watch)
+{
+    return impl_->render(std::move(plate), impl_->windowsFor(view), nullptr, watch);
+}
+
+io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows windows, std::shared_ptr<RowSink> canvas,
+                                           const Watch& watch)
+{
     const Timer clock;
     io::RenderedFrame out;
     out.number = plate.number;
     out.extras = plate.extras;
     ++statistics.frames;
-    if (m.plan.isPassThrough()) {
-        out.beauty = std::move(plate.pixels);
+    if (plan.isPassThrough()) {
+        out.beauty = plate.rows ? ImageF() : placed(std::move(plate.pixels), windows.plate, windows.region);
         out.isPlate = true;
         return out;
     }
 
-    const passes::Features& features = m.plan.features;
+    const passes::Features& features = plan.features;
     const auto timed = [&](const char* name, auto&& work) {
-        const StageSpan span(m.timeline, "renderer", name, plate.number);
+        const StageSpan span(options.timeline, "renderer", name, plate.number);
         const Timer timer;
         work();
         statistics.passMs[name] += timer.milliseconds();
     };
-    const particles::Exposure exposure = m.exposureAt(plate.number);
     // Until this frame is through nothing is known of the one before the next.
-    const std::uint64_t before = std::exchange(m.lastContent, 0);
-    const bool isSamePlate = m.plan.skips.unchanged && plate.content != 0 && plate.content == before;
+    const std::uint64_t before = std::exchange(lastContent, 0);
+    tell(watch, 0);
     timed("inputs", [&] {
-        m.repair(plate);
-        if (features.depth) m.setDepth(plate.number, exposure, m.frameIn(plate.pixels), isSamePlate);
-        m.setTables(exposure);
-        if (features.lights) m.setLamps(exposure);
+        look(windows.scale, windows.drawn);
+        if (!plate.rows && !needsWholePlate()) {
+            plate.pixels = placed(std::move(plate.pixels), windows.plate, drawn);
+            windows.plate = drawn;
+        }
     });
+    const bool isSamePlate = plan.skips.unchanged && plate.content != 0 && plate.content == before;
+    const particles::Exposure exposure = exposureAt(plate.number);
+    timed("inputs", [&] {
+        repair(plate);
+        if (features.depth) setDepth(plate.number, exposure, wholeFrameIn(plate, windows), isSamePlate);
+        setTables(exposure);
+        if (features.lights) setLamps(exposure);
+    });
+    tell(watch, 0.1);
     particles::CellList cells;
-    if (features.rain) timed("cells", [&] { cells = m.cellsIn(exposure); });
-    if (m.light)
-        timed("environment", [&] {
-            const ImageF sampled = m.light->needsPlate() ? m.sampledPlate(plate) : ImageF();
-            m.repairedInRows = 0;  // they will be read again
-            if (m.light->update(plate.number, m.viewOf(sampled, plate.number), isSamePlate))
-                m.renderer->setDropRadiance(m.light->radiance(), m.light->lowPassBackground());
-            statistics.lightOrder = m.light->order();
-            statistics.lightRemainder = m.light->remainder();
-            statistics.lightCount = m.light->lightCount();
-        });
-    if (isSamePlate) m.renderer->keepPlate();
-    const glm::mat3 environmentFromWorld(m.light ? m.light->environmentFromWorld() : glm::dmat3(1.0));
+    if (features.rain)
+        timed("cells",
+              [&] { cells = cellsIn(exposure, farthestDepth ? &*farthestDepth : nullptr, atlas->acrossDiameters); });
+    tell(watch, 0.2);
+    if (features.light()) timed("environment", [&] { setLight(plate, windows, isSamePlate); });
+    tell(watch, 0.3);
+    if (isSamePlate) renderer->keepPlate();
+    const glm::mat3 environmentFromWorld(light ? light->environmentFromWorld() : glm::dmat3(1.0));
     out.canvas = canvas;
-    const Impl::Handed handed{plate.number, Timeline::Clock::now()};
-    const bool isInFlight = canvas && m.renderer->picturesInFlight() > 0;
-    DrawnPicture drawn = [&] {
-        const StageSpan span(m.timeline, "renderer", "draw", plate.number);
-        return m.renderer->render({std::move(plate.pixels), std::move(plate.rows), std::move(canvas)},
-                                  m.constantsFor(exposure), cells, environmentFromWorld);
+    const Handed handed{plate.number, Timeline::Clock::now()};
+    const bool isInFlight = canvas && renderer->picturesInFlight() > 0;
+    DrawnPicture picture = [&] {
+        const StageSpan span(options.timeline, "renderer", "draw", plate.number);
+        return renderer->render({placed(std::move(plate.pixels), windows.plate, plate.rows ? windows.plate : drawn),
+                                 std::move(plate.rows), std::move(canvas)},
+                                constantsFor(exposure, tables, lampsInUse), cells, environmentFromWorld,
+                                watch ? [&](double done) { return watch(0.3 + 0.7 * done); } : Watch());
     }();
-    statistics.repairedPixels += m.repairedInRows.exchange(0);
+    statistics.repairedPixels += repairedInRows.exchange(0);
     if (isInFlight)
-        m.inFlight.push_back(handed);
+        inFlight.push_back(handed);
     else
-        m.add(drawn, handed);
-    const std::size_t depthBytes = (m.usedDepth ? m.usedDepth->metres.size() * sizeof(float) : 0) +
-                                   (m.farthestDepth ? m.farthestDepth->bytes() : 0);
-    statistics.rendererBytes = std::max(statistics.rendererBytes,
-                                        m.renderer->bytes() + depthBytes + cells.cells.size() * sizeof(shared::Cell));
+        add(picture, handed);
+    const std::size_t depthBytes =
+        (usedDepth ? usedDepth->metres.size() * sizeof(float) : 0) + (farthestDepth ? farthestDepth->bytes() : 0);
+    statistics.rendererBytes =
+        std::max(statistics.rendererBytes, renderer->bytes() + depthBytes + cells.cells.size() * sizeof(shared::Cell));
     statistics.hiddenCells += cells.hiddenCells;
     statistics.samePlates += isSamePlate ? 1 : 0;
-    statistics.lampsLeftOut += m.lamps.size() - m.lampsInUse;
-    if (m.wanted.layers && features.layers) out.layers = m.layersOf(drawn);
-    m.lastContent = plate.content;
-    out.beauty = std::move(drawn.beauty);
+    statistics.lampsLeftOut += lamps.size() - lampsInUse;
+    if (options.wanted.layers && features.layers) {
+        out.layers = layersOf(picture);
+        for (io::Layer& layer : out.layers) layer.pixels = placed(std::move(layer.pixels), drawn, windows.region);
+    }
+    lastContent = plate.content;
+    out.beauty = std::move(picture.beauty);
+    if (!out.beauty.empty()) out.beauty = placed(std::move(out.beauty), drawn, windows.region);
     statistics.renderSeconds += clock.seconds();
     return out;
 }

@@ -14,8 +14,9 @@ namespace virga::shot {
 struct CompositorOptions {
     Wanted wanted;
     std::string device = "auto";   ///< see makePictureRenderer
-    std::string shaderFolder;      ///< see gl::loadShader
+    std::string shaderFolder{};    ///< see gl::loadShader
     Timeline* timeline = nullptr;  ///< gets what render() does; must outlive the compositor
+    bool changes = false;          ///< change() will be called: what it needs is kept
     std::string cacheFolder{};     ///< where shaders and light are kept for the next time (KeptFiles); empty: nowhere
 };
 
@@ -41,7 +42,8 @@ public:
     /// Whether it needs all of the plate for every region: its light comes from it, or a smaller depth's edges.
     bool needsWholePlate() const;
     /// Other settings from the next frame on. What does not depend on those that changed stays: wind leaves the light,
-    /// darkening the drops. If it throws, the settings are as they were.
+    /// darkening the drops (Dependencies.h). If it throws, the settings are as they were. Needs
+    /// CompositorOptions::changes.
     void change(const Settings& settings);
 
     bool takesRows() const override;
@@ -53,8 +55,6 @@ public:
 
 private:
     struct Impl;
-    CompositorOptions options_;
-    PlateSamples samples_;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -43,15 +43,15 @@ depth::DepthKind kindOf(const Settings& s)
     return s.depthKind == "disparity" ? depth::DepthKind::Disparity : depth::DepthKind::Z;
 }
 
-/// The image with its outermost pixels repeated on each side.
-ImageF goneOn(const ImageF& image, int marginX, int marginY)
+/// A part of the image, which goes on beyond its borders as it is there.
+ImageF partOf(const ImageF& image, const Window& region)
 {
-    ImageF wide(image.width() + 2 * marginX, image.height() + 2 * marginY, 1);
-    for (int y = 0; y < wide.height(); ++y)
-        for (int x = 0; x < wide.width(); ++x)
-            wide.at(x, y) =
-                image.at(std::clamp(x - marginX, 0, image.width() - 1), std::clamp(y - marginY, 0, image.height() - 1));
-    return wide;
+    ImageF part(region.width, region.height, 1);
+    for (int y = 0; y < part.height(); ++y) {
+        const float* from = image.row(std::clamp(y + region.y, 0, image.height() - 1));
+        for (int x = 0; x < part.width(); ++x) part.at(x, y) = from[std::clamp(x + region.x, 0, image.width() - 1)];
+    }
+    return part;
 }
 
 }  // namespace
@@ -77,10 +77,8 @@ depth::DepthOptions depthOptionsOf(const Settings& settings)
     return options;
 }
 
-DepthSource::DepthSource(const Settings& settings, int width, int height, const camera::Pose& firstPose, int marginX,
-                         int marginY)
-    : settings_(settings), width_(width), height_(height), marginX_(marginX), marginY_(marginY),
-      holds_(settings.onError == "hold")
+DepthSource::DepthSource(const Settings& settings, const camera::Pose& firstPose)
+    : settings_(settings), holds_(settings.onError == "hold")
 {
     if (settings.depth.empty()) {
         groundLevel_ = firstPose.position.y - parseGround(settings.ground).height_m;
@@ -90,18 +88,20 @@ DepthSource::DepthSource(const Settings& settings, int width, int height, const 
     reader_.emplace(settings);
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, double focal_px, ConstImageViewF plate,
-                                                          bool isSamePlate)
+void DepthSource::readFrame(FrameNumber frame, const DepthWindow& window, ConstImageViewF plate, bool isSamePlate)
 {
     const std::string name = reader_->nameOf(frame);
     const bool needsFocal = options_.kind == depth::DepthKind::Distance || options_.kind == depth::DepthKind::Disparity;
+    const bool isSameSize =
+        window.frameWidth == lastWindow_.frameWidth && window.frameHeight == lastWindow_.frameHeight;
     // Edges of a smaller depth follow those of the plate, which moves even where one depth serves all frames.
-    if (name == lastName_ && (!followsPlate_ || isSamePlate) && (!needsFocal || focal_px == lastFocal_px_))
-        return last_;
+    if (wholeFrame_ && name == lastName_ && isSameSize && (!followsPlate_ || isSamePlate) &&
+        (!needsFocal || window.focal_px == lastWindow_.focal_px))
+        return;
     const StoredDepth stored = reader_->read(frame);
     options_.full = stored.full;
     options_.skyStored = stored.sky;
-    options_.focal_px = focal_px * stored.values.width() / width_;
+    options_.focal_px = window.focal_px * stored.values.width() / window.frameWidth;
     depth::Depth depth = depth::sanitizeDepth(stored.values, options_);
     const depth::DepthCounts& counts = depth.counts;
     if (counts.filled == counts.pixels)
@@ -111,30 +111,40 @@ std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, dou
                     counts.nan, counts.nonPositive, counts.noValue);
     if (!isJudged_) warnOf(depthDoubts({stored.values, stored.full, depth}, settings_));
     isJudged_ = true;
-    followsPlate_ = depth.metres.width() < width_ || depth.metres.height() < height_;
-    if (depth.metres.width() != width_ || depth.metres.height() != height_) {
+    const int width = window.frameWidth, height = window.frameHeight;
+    followsPlate_ = depth.metres.width() < width || depth.metres.height() < height;
+    if (depth.metres.width() != width || depth.metres.height() != height) {
         if (!saidResampled_)
             log::info("depth '{}' is {}x{}; resampled to the plate's {}x{} with its edges kept", name,
-                      depth.metres.width(), depth.metres.height(), width_, height_);
+                      depth.metres.width(), depth.metres.height(), width, height);
         saidResampled_ = true;
-        depth = depth::resampleDepth(std::move(depth), width_, height_, followsPlate_ ? plate : ConstImageViewF());
+        depth = depth::resampleDepth(std::move(depth), width, height, followsPlate_ ? plate : ConstImageViewF());
     }
-    if (marginX_ > 0 || marginY_ > 0) depth.metres = goneOn(depth.metres, marginX_, marginY_);
-    last_ = std::make_shared<const depth::Depth>(std::move(depth));
+    wholeFrame_ = std::make_shared<const depth::Depth>(std::move(depth));
     lastName_ = name;
-    lastFocal_px_ = focal_px;
-    return last_;
+    last_ = nullptr;
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, const std::string& why, double focal_px,
-                                                         ConstImageViewF plate)
+std::shared_ptr<const depth::Depth> DepthSource::fromFile(FrameNumber frame, const DepthWindow& window,
+                                                          ConstImageViewF plate, bool isSamePlate)
+{
+    readFrame(frame, window, plate, isSamePlate);
+    if (last_ && window.region == lastWindow_.region) return last_;
+    lastWindow_ = window;
+    if (window.region == Window{0, 0, window.frameWidth, window.frameHeight}) return last_ = wholeFrame_;
+    return last_ = std::make_shared<const depth::Depth>(
+               depth::Depth{partOf(wholeFrame_->metres, window.region), wholeFrame_->counts, wholeFrame_->resampled});
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, const std::string& why,
+                                                         const DepthWindow& window, ConstImageViewF plate)
 {
     std::vector<FrameNumber> others = reader_->frames();
     std::reverse(others.begin(), std::lower_bound(others.begin(), others.end(), frame));  // earlier ones, nearest first
     for (const FrameNumber other : others) {
         if (other == frame) continue;
         try {
-            auto held = fromFile(other, focal_px, plate, false);
+            auto held = fromFile(other, window, plate, false);
             log::warning("depth held from frame {}: {}", other, why);
             return held;
         } catch (const Error&) {  // as bad as the first: try the next
@@ -143,32 +153,36 @@ std::shared_ptr<const depth::Depth> DepthSource::heldFor(FrameNumber frame, cons
     throw Error(ErrorCode::Input, "{}; no other frame's depth can be read", why);
 }
 
-std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
-                                                    const camera::Projection& projection, ConstImageViewF plate,
-                                                    bool isSamePlate)
+std::shared_ptr<const depth::Depth> DepthSource::fromGround(FrameNumber frame, const camera::Pose& pose,
+                                                            const DepthWindow& window)
 {
-    if (groundLevel_) {
-        if (last_ && lastPose_ && lastPose_->position == pose.position &&
-            lastPose_->worldFromCamera == pose.worldFromCamera && lastPose_->verticalFov == pose.verticalFov)
-            return last_;
-        // The world's up in camera axes is the second row of worldFromCamera.
-        const depth::Vector up{pose.worldFromCamera[0].y, pose.worldFromCamera[1].y, pose.worldFromCamera[2].y};
-        const double height = pose.position.y - *groundLevel_;
-        if (!(height > 0))
-            throw Error(ErrorCode::Input, "frame {}: the camera track is {:g} m under the ground", frame, -height);
-        depth::Depth ground;
-        const int width = width_ + 2 * marginX_;
-        ground.metres = depth::groundDepth(width, height_ + 2 * marginY_,
-                                           2 * std::atan(0.5 * width / projection.focal_px), height, up);
-        last_ = std::make_shared<const depth::Depth>(std::move(ground));
-        lastPose_ = pose;
+    if (last_ && lastPose_ && lastPose_->position == pose.position && window == lastWindow_ &&
+        lastPose_->worldFromCamera == pose.worldFromCamera)
         return last_;
-    }
+    // The world's up in camera axes is the second row of worldFromCamera.
+    const depth::Vector up{pose.worldFromCamera[0].y, pose.worldFromCamera[1].y, pose.worldFromCamera[2].y};
+    const double height = pose.position.y - *groundLevel_;
+    if (!(height > 0))
+        throw Error(ErrorCode::Input, "frame {}: the camera track is {:g} m under the ground", frame, -height);
+    const depth::Lens lens{window.focal_px, 0.5 * window.frameWidth - window.region.x,
+                           0.5 * window.frameHeight - window.region.y};
+    depth::Depth ground;
+    ground.metres = depth::groundDepth(window.region.width, window.region.height, lens, height, up);
+    last_ = std::make_shared<const depth::Depth>(std::move(ground));
+    lastPose_ = pose;
+    lastWindow_ = window;
+    return last_;
+}
+
+std::shared_ptr<const depth::Depth> DepthSource::at(FrameNumber frame, const camera::Pose& pose,
+                                                    const DepthWindow& window, ConstImageViewF plate, bool isSamePlate)
+{
+    if (groundLevel_) return fromGround(frame, pose, window);
     try {
-        return fromFile(frame, projection.focal_px, plate, isSamePlate);
+        return fromFile(frame, window, plate, isSamePlate);
     } catch (const Error& error) {
         if (!holds_ || reader_->isOne()) throw;
-        return heldFor(frame, error.what(), projection.focal_px, plate);
+        return heldFor(frame, error.what(), window, plate);
     }
 }
 

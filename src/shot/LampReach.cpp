@@ -14,14 +14,18 @@ namespace virga::shot {
 namespace {
 
 /// No less than 0 and no more than the distance of a place in camera axes to the part of space that the picture shows:
-/// how far it is outside of the one of its five sides that it is farthest from.
+/// how far it is outside of the one of its six sides that it is farthest from.
 double distanceToView(const glm::dvec3& place, const camera::Projection& projection, double far_m)
 {
-    const double tanX = 0.5 * projection.width / projection.focal_px;
-    const double tanY = 0.5 * projection.height / projection.focal_px;
+    const camera::Borders view = camera::bordersOf(projection);
     const double depth = -place.z;
-    const double outside[] = {(std::abs(place.x) - tanX * depth) / std::hypot(1.0, tanX),
-                              (std::abs(place.y) - tanY * depth) / std::hypot(1.0, tanY), depth - far_m, -depth, 0.0};
+    const double outside[] = {(place.x - view.right * depth) / std::hypot(1.0, view.right),
+                              (view.left * depth - place.x) / std::hypot(1.0, view.left),
+                              (place.y - view.top * depth) / std::hypot(1.0, view.top),
+                              (view.bottom * depth - place.y) / std::hypot(1.0, view.bottom),
+                              depth - far_m,
+                              -depth,
+                              0.0};
     return *std::max_element(std::begin(outside), std::end(outside));
 }
 

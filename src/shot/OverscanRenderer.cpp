@@ -8,10 +8,8 @@ OverscanRenderer::OverscanRenderer(const Settings& settings, const Shot& shot, c
                                    const CompositorOptions& options, const PlateSamples& samples)
     : margins_(margins)
 {
-    Shot wide = shot;
-    wide.marginX = margins.x;
-    wide.marginY = margins.y;
-    run([&] { compositor_ = std::make_unique<Compositor>(settings, wide, options, samples); });
+    view_.region = {-margins.x, -margins.y, shot.width + 2 * margins.x, shot.height + 2 * margins.y};
+    run([&] { compositor_ = std::make_unique<Compositor>(settings, shot, options, samples); });
     wait();
 }
 
@@ -27,7 +25,7 @@ void OverscanRenderer::begin(const io::PlateFrame& frame)
     wide->number = frame.number;
     wide->time_s = frame.time_s;
     wide->pixels = io::withOverscan(frame, margins_.x, margins_.y);
-    run([this, wide] { result_ = compositor_->render(std::move(*wide)).beauty; });
+    run([this, wide] { result_ = compositor_->render(std::move(*wide), view_, {}).beauty; });
 }
 
 ImageF OverscanRenderer::finish()

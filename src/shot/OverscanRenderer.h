@@ -36,6 +36,7 @@ private:
     void wait();
 
     Margins margins_;
+    View view_;                               // the frame with its margins
     std::unique_ptr<Compositor> compositor_;  // made, used and destroyed on the queue's thread
     ImageF result_;
     std::exception_ptr problem_;

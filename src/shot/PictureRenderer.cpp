@@ -48,6 +48,13 @@ public:
 
     bool isOpenGl() const override { return true; }
     std::string device() const override { return context_->device().renderer; }
+    void resize(int width, int height) override
+    {
+        targets_->resize(width, height);
+        planesIn_.reset();
+        planesOut_.reset();
+        keepsPlate_ = false;
+    }
     std::size_t bytes() const override
     {
         return targets_->bytes() + (strokes_ ? strokes_->bytes() : 0) + (splashes_ ? splashes_->bytes() : 0);
@@ -65,7 +72,7 @@ public:
     }
 
     DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
-                        const glm::mat3& environmentFromWorld) override
+                        const glm::mat3& environmentFromWorld, const Watch& watch) override
     {
         PictureOnDevice picture = newPicture();
         DrawnPicture& drawn = picture.drawn;
@@ -101,6 +108,7 @@ public:
             onDevice_.push_back(std::move(picture));
             return {};
         }
+        tell(watch, 0.5);
         timed("read-back", [&] { readBack(drawn); });
         context_->check("rendering");
         return completed(std::move(picture));
@@ -217,6 +225,7 @@ public:
 
     bool isOpenGl() const override { return false; }
     std::string device() const override { return "processor, without OpenGL"; }
+    void resize(int width, int height) override { renderer_.resize(width, height); }
     std::size_t bytes() const override { return renderer_.bytes(); }
     void keepPlate() override {}  // it draws over the plate
     bool takesRows() const override { return !hasBlur_; }
@@ -230,9 +239,10 @@ public:
     }
 
     DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
-                        const glm::mat3& environmentFromWorld) override
+                        const glm::mat3& environmentFromWorld, const Watch& watch) override
     {
         DrawnPicture drawn;
+        renderer_.setWatch(watch);
         if (plate.rows) {
             renderer_.render(*plate.rows, *plate.canvas, constants, cells, environmentFromWorld);
         } else {

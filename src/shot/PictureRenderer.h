@@ -9,6 +9,7 @@
 
 #include "core/Image.h"
 #include "core/PictureRows.h"
+#include "core/Watch.h"
 #include "grade/ColorTransfer.h"
 #include "matte/StrokeAtlas.h"
 #include "particles/RainField.h"
@@ -53,10 +54,12 @@ public:
     /// For the report: GL_RENDERER, or the processor.
     virtual std::string device() const = 0;
     virtual bool isOpenGl() const = 0;
+    /// Of the pictures to come. What depends on the size, depth and the plate to keep, is forgotten; the rest stays.
+    virtual void resize(int width, int height) = 0;
 
     /// What it holds of its own after a frame: on the device, if that is one, without the pictures that it gave away.
     virtual std::size_t bytes() const = 0;
-    virtual void keepPlate() = 0;                       ///< the next frame's plate has the pixels of the last one's
+    virtual void keepPlate() = 0;  ///< the next frame's plate has the pixels of the last one's
     /// Whether PlateInput may have rows, and a canvas.
     virtual bool takesRows() const { return false; }
 
@@ -72,9 +75,11 @@ public:
     /// of it: counts and times.
     virtual DrawnPicture complete() { return {}; }
 
-    /// environmentFromWorld: see passes::LightPass.
+    /// environmentFromWorld: see passes::LightPass. watch: of an OpenGL device it is asked when all is handed over
+    /// only.
     virtual DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants,
-                                const particles::CellList& cells, const glm::mat3& environmentFromWorld) = 0;
+                                const particles::CellList& cells, const glm::mat3& environmentFromWorld,
+                                const Watch& watch) = 0;
 };
 
 /// device "auto": a GPU if there is one, else the processor. "cpu": the processor. "gpu" and numbers: that device, by

@@ -71,7 +71,7 @@ std::uint32_t lowBits(double whole) { return std::uint32_t(std::int64_t(std::fmo
 RainModel::RainModel(const Settings& s, const particles::Exposure& first)
     : sizes_(rateForSizes(s), s.dropSize), limits_(limitsOf(s)), opacity_(s.opacity), sensorWidth_mm_(s.sensorWidth_mm),
       fstop_(s.fstop), focus_m_(s.focus_m), field_(fieldOf(s, sizes_, first, limits_)),
-      firstFocal_px_(first.projection.focal_px), firstExposure_s_(first.duration_s),
+      firstFocal_px_(first.projection.fullFocal_px()), firstExposure_s_(first.duration_s),
       firstThin_(field_.thinnableTo(firstFocal_px_, firstExposure_s_, limits_))
 {
 }
@@ -87,8 +87,8 @@ particles::Visibility RainModel::limitsFor(double focal_px, double exposure_s) c
 
 particles::Visibility RainModel::visibility(const particles::Exposure& exposure) const
 {
-    particles::Visibility v = limitsFor(exposure.projection.focal_px, exposure.duration_s);
-    v.aperture_m = 1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.width / fstop_;
+    particles::Visibility v = limitsFor(exposure.projection.fullFocal_px(), exposure.duration_s);
+    v.aperture_m = 1e-3 * sensorWidth_mm_ * exposure.projection.focal_px / exposure.projection.frameWidth_px / fstop_;
     v.focus_m = focus_m_;
     return v;
 }
@@ -97,13 +97,14 @@ double RainModel::undrawnEfficiency() const { return std::min(opacity_, 2.0); }
 
 double RainModel::opticalDepth(double depth_m, const particles::Exposure& exposure) const
 {
-    return undrawnEfficiency() * field_.undrawnOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s,
-                                                            limits_, sizes_.extinction(1.0));
+    return undrawnEfficiency() * field_.undrawnOpticalDepth(depth_m, exposure.projection.fullFocal_px(),
+                                                            exposure.duration_s, limits_, sizes_.extinction(1.0));
 }
 
 double RainModel::veil(double depth_m, const particles::Exposure& exposure, const particles::Visibility& used) const
 {
-    return opacity_ * field_.thinnedOpticalDepth(depth_m, exposure.projection.focal_px, exposure.duration_s, used);
+    return opacity_ *
+           field_.thinnedOpticalDepth(depth_m, exposure.projection.fullFocal_px(), exposure.duration_s, used);
 }
 
 void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exposure& exposure,
@@ -119,7 +120,7 @@ void RainModel::describeSplashes(shared::FrameConstants& c, const particles::Exp
     const auto cellOf = [&](double x) { return std::floor(x / coarse); };
     const glm::dvec3& camera = exposure.poseAtOpen.position;
     c.splashGrid = {float(splashCell_m), float(camera.x - cellOf(camera.x) * coarse),
-                    float(camera.z - cellOf(camera.z) * coarse), 0};
+                    float(camera.z - cellOf(camera.z) * coarse), float(exposure.projection.scale)};
     c.splashKey = {std::uint32_t(s.seed), lowBits(cellOf(camera.x)), lowBits(cellOf(camera.z)), 0};
     c.splashTime = {lowBits(std::floor(slots)), splashSubdivisions, 0, 0};
     c.splashDrop = {float(least), float(sizes_.largestDiameter()), float(sizes_.slope()),

@@ -91,7 +91,7 @@ double ReferenceRenderer::Impl::opticalDepth(double depth_m, const particles::Ex
     if (settings.fog_1_m) return fogOpticalDepth(depth_m, exposure);
     return rain->undrawnEfficiency() *
            reference::undrawnOpticalDepth(fogDepth(depth_m), rain->sizes(), rain->field(), rain->visibility(exposure),
-                                          options.allDrops, exposure.projection.focal_px, exposure.duration_s);
+                                          options.allDrops, exposure.projection.fullFocal_px(), exposure.duration_s);
 }
 
 std::vector<glm::dvec3> ReferenceRenderer::Impl::lightAlong(std::span<const glm::dvec3> directions)
@@ -137,8 +137,7 @@ reference::Scene ReferenceRenderer::Impl::sceneAt(const particles::Exposure& exp
         if (plan.features.veil && !options.allDrops) scene.rain.thinnedSizes = &rain->sizes();
         scene.rain.opacity = settings.opacity;
         scene.rain.atlas = atlas ? &*atlas : nullptr;
-        scene.rain.aperture_m =
-            1e-3 * settings.sensorWidth_mm * exposure.projection.focal_px / shot.width / settings.fstop;
+        scene.rain.aperture_m = lensFocal_m(exposure.projection) / settings.fstop;
         scene.rain.inverseFocus_1_m = 1 / settings.focus_m;
         scene.rain.samples = options.samples;
     }
@@ -197,7 +196,7 @@ io::RenderedFrame ReferenceRenderer::render(io::PlateFrame plate, std::shared_pt
     const particles::Exposure exposure = m.exposureAt(plate.number);
     std::shared_ptr<const depth::Depth> depth;
     if (m.plan.features.depth) {
-        depth = m.depth->at(plate.number, exposure.poseAtOpen, exposure.projection, plate.pixels);
+        depth = m.depthAt(plate.number, exposure, plate.pixels);
         m.statistics.depthCounts = depth->counts;
         m.statistics.depthResampled = depth->resampled;
     }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -43,47 +44,107 @@ double exposureOf(const Settings& settings, double fps)
 
 ShotScene::ShotScene(const Settings& settings_, const Shot& shot_, const Wanted& wanted, const PlateSamples& samples,
                      const KeptFiles& kept)
-    : settings(settings_), shot(shot_), track(trackOf(settings_, shot_)),
-      plan(planFrame(settings_, wanted, !track.isStatic()))
+    : wanted_(wanted), kept_(kept), plateFps_(shot_.fps),
+      givenTrack_(shot_.track), region_{0, 0, shot_.width, shot_.height}
 {
-    if (plan.isPassThrough()) return;
-    if (plan.features.colorTransfer) {
-        std::vector<ConstImageViewF> frames(samples.forGrade.begin(), samples.forGrade.end());
-        const ImageF still = io::readLinearImage(settings.gradeFrom, {}, settings.ocio);
-        try {
-            lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
-        } catch (const Error& error) {
-            throw Error(error.code(), "--grade-from '{}': {}", settings.gradeFrom, error.what());
-        }
+    settings = settings_;
+    shot = shot_;
+    make(~0u, samples);
+}
+
+unsigned ShotScene::change(const Settings& next, const PlateSamples& samples)
+{
+    const unsigned parts = partsThatDiffer(settings, next);
+    settings = next;
+    make(parts, samples);
+    return parts;
+}
+
+/// Parts that are not wanted now are made when they are.
+void ShotScene::make(unsigned parts, const PlateSamples& samples)
+{
+    if (parts & TimePart) shot.fps = settings.fps.value_or(plateFps_);
+    if (parts & CameraPart) {
+        Shot given = shot;
+        given.track = givenTrack_;
+        track = trackOf(settings, given);
     }
-    const particles::Exposure first = exposureAt(shot.firstFrame);
-    if (plan.features.rain || plan.features.fog || plan.features.splashes) rain.emplace(settings, first);
-    if (plan.features.light()) makeLight(samples.forLight, wanted, kept);
-    if (plan.features.lights && !settings.lights.empty()) lamps = readLights(settings.lights);
-    if (plan.features.depth)
-        depth.emplace(settings, shot.width, shot.height, first.poseAtOpen, shot.marginX, shot.marginY);
+    if (parts & RainPart) rain = nullptr;
+    if (parts & LightPart) light = nullptr;
+    if (parts & DepthPart) depth = nullptr;
+    if (parts & LampsPart) lamps.clear();
+    if (parts & TransferPart) lut = {};
+    plan = planFrame(settings, wanted_, !track.isStatic());
+    if (plan.isPassThrough()) return;
+    const particles::Exposure first = exposureAt(shot.firstFrame, true);
+    if (plan.features.colorTransfer && lut.rgb.empty()) makeTransfer(samples.forGrade);
+    if ((plan.features.rain || plan.features.fog || plan.features.splashes) && !rain)
+        rain = std::make_shared<const RainModel>(settings, first);
+    if (plan.features.light() && !light) makeLight(samples.forLight);
+    if (plan.features.lights && lamps.empty() && !settings.lights.empty()) lamps = readLights(settings.lights);
+    if (plan.features.depth && !depth) depth = std::make_shared<DepthSource>(settings, first.poseAtOpen);
+}
+
+void ShotScene::makeTransfer(const std::vector<ImageF>& samples)
+{
+    const std::vector<ConstImageViewF> frames(samples.begin(), samples.end());
+    const ImageF still = io::readLinearImage(settings.gradeFrom, {}, settings.ocio);
+    try {
+        lut = grade::makeColorTransfer(frames, still, {.strength = settings.gradeAmount});
+    } catch (const Error& error) {
+        throw Error(error.code(), "--grade-from '{}': {}", settings.gradeFrom, error.what());
+    }
+}
+
+void ShotScene::look(double scale, const Window& region)
+{
+    scale_ = scale;
+    region_ = region;
+}
+
+Window ShotScene::frameWindow() const
+{
+    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * scale_))); };
+    return {0, 0, side(shot.width), side(shot.height)};
+}
+
+camera::Projection ShotScene::frameProjectionAt(const camera::Pose& pose) const
+{
+    return !settings.fov_deg && pose.verticalFov
+               ? camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov)
+               : camera::projectionFromHorizontalFov(shot.width, shot.height,
+                                                     glm::radians(settings.fov_deg.value_or(60.0)));
 }
 
 camera::Projection ShotScene::projectionAt(const camera::Pose& pose) const
 {
-    camera::Projection projection = !settings.fov_deg && pose.verticalFov
-                                        ? camera::projectionFromVerticalFov(shot.width, shot.height, *pose.verticalFov)
-                                        : camera::projectionFromHorizontalFov(
-                                              shot.width, shot.height, glm::radians(settings.fov_deg.value_or(60.0)));
-    projection.width += 2 * shot.marginX;
-    projection.height += 2 * shot.marginY;
-    return projection;
+    return camera::partOf(frameProjectionAt(pose), scale_, region_);
 }
 
-particles::Exposure ShotScene::exposureAt(FrameNumber frame) const
+particles::Exposure ShotScene::exposureAt(FrameNumber frame) const { return exposureAt(frame, false); }
+
+particles::Exposure ShotScene::exposureAt(FrameNumber frame, bool ofFrame) const
 {
     particles::Exposure exposure;
     exposure.open_s = double(frame) / shot.fps;
     exposure.duration_s = exposureOf(settings, shot.fps);
     exposure.poseAtOpen = track.at(double(frame));
     exposure.poseAtClose = track.at(double(frame) + exposure.duration_s * shot.fps);
-    exposure.projection = projectionAt(exposure.poseAtOpen);
+    exposure.projection = ofFrame ? frameProjectionAt(exposure.poseAtOpen) : projectionAt(exposure.poseAtOpen);
     return exposure;
+}
+
+std::shared_ptr<const depth::Depth> ShotScene::depthAt(FrameNumber frame, const particles::Exposure& exposure,
+                                                       ConstImageViewF plate, bool isSamePlate)
+{
+    const Window whole = frameWindow();
+    return depth->at(frame, exposure.poseAtOpen, {whole.width, whole.height, region_, exposure.projection.focal_px},
+                     plate, isSamePlate);
+}
+
+double ShotScene::lensFocal_m(const camera::Projection& projection) const
+{
+    return 1e-3 * settings.sensorWidth_mm * projection.focal_px / projection.frameWidth_px;
 }
 
 double ShotScene::extinctionAround(const particles::Exposure& exposure) const
@@ -111,12 +172,11 @@ environment::PlateView ShotScene::viewOf(ConstImageViewF plate, FrameNumber fram
 {
     constexpr double widest_deg = 170;  // panoramaFromViews' limit
     const camera::Pose pose = track.at(double(frame));
-    const camera::Projection projection = projectionAt(pose);
-    const double fov = 2 * std::atan(0.5 * shot.width / projection.focal_px);
+    const double fov = 2 * std::atan(0.5 * shot.width / frameProjectionAt(pose).focal_px);
     return {plate, std::min(fov, glm::radians(widest_deg)), pose.worldFromCamera};
 }
 
-void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, const Wanted& wanted, const KeptFiles& kept)
+void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples)
 {
     // Beyond this the surroundings are others.
     constexpr double travel_m = 3;
@@ -138,7 +198,7 @@ void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples, const
             numbers.push_back(sample.number);
         }
     }
-    light.emplace(settings, views, wanted.panorama, kept);
+    light = std::make_shared<ShotLight>(settings, views, wanted_.panorama, kept_);
     lightSource = !settings.env.empty() ? settings.env
                   : together
                       ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))

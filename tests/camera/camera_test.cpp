@@ -64,7 +64,7 @@ TEST(Projection, DropsStreakAsTheReferenceSays)
     ASSERT_GE(table["streaks"].size(), 16u);
     for (const auto& s : table["streaks"]) {
         const int width = s["width_px"], height = s["height_px"];
-        const Projection p{width, height, s["f_px"]};
+        const Projection p = projectionFromFocal(width, height, s["f_px"]);
         const auto point = [&](const char* name) {
             return glm::dvec3(s[name][0].get<double>(), -s[name][1].get<double>(), -s[name][2].get<double>());
         };

@@ -62,6 +62,7 @@ public:
         const float half = 0.5f;
         constants.cameraFromWorldOpen = constants.cameraFromWorldClose = glm::mat4(1.0f);
         constants.lens = {focal, focal, half * float(width), half * float(height)};
+        constants.boost.w = focal;
         constants.range = {0.01f, 1e4f, 1e-9f, 1.0f};
         constants.focus = {0.0f, 0.2f, 0.01f, 20.0f};
         constants.picture = {std::uint32_t(width), std::uint32_t(height), 0, 1};

@@ -49,9 +49,9 @@ struct Scene {
         constants.range = {0.3f, 100, 0.002f, 0.9f};
         constants.focus = {0.01f, 0.3f, float(exposure_s), 20};  // near drops are blurred
         constants.picture = {width, height, 0, 0};
-        constants.boost = {0.4f, 0, 0.3f, 0};
+        constants.boost = {0.4f, 0, 0.3f, focal};
         constants.splash = {3, 0.12f, 1, 0.4f};
-        constants.splashGrid = {0.1f, 0.03f, 0.02f, 0};
+        constants.splashGrid = {0.1f, 0.03f, 0.02f, 1};
         constants.splashKey = {9, 5, 6, std::uint32_t(SplashPass::capacity(width, height))};
         constants.splashTime = {70, 12, 0, 0};
         constants.splashDrop = {1e-3f, 8e-3f, 2000, 60};

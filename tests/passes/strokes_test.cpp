@@ -143,7 +143,7 @@ TEST_F(Strokes, TheDeviceFindsTheDropsOfTheCpu)
     particles::Exposure exposure;
     exposure.open_s = 1234.5;
     exposure.duration_s = 0.004;
-    exposure.projection = {320, 240, double(Picture::focal)};
+    exposure.projection = camera::projectionFromFocal(320, 240, double(Picture::focal));
     picture.constants.focus.z = 0.004f;
     const auto list = field.cellsInView(exposure, {.near_m = 1, .far_m = 6, .threshold = 1e-4});
     int compared = 0;
@@ -181,7 +181,7 @@ TEST_F(Strokes, TheDeviceKeepsWhatShows)
     particles::Exposure exposure;
     exposure.open_s = 77;
     exposure.duration_s = 0.02;
-    exposure.projection = {320, 240, double(Picture::focal)};
+    exposure.projection = camera::projectionFromFocal(320, 240, double(Picture::focal));
     exposure.poseAtOpen.worldFromCamera = camera::rotationZXY(-0.2, 0.6, 0.1);
     exposure.poseAtClose.worldFromCamera = camera::rotationZXY(-0.19, 0.63, 0.12);
     exposure.poseAtClose.position = {0.1, 0, -0.2};
@@ -241,7 +241,7 @@ TEST_F(Strokes, OrderDoesNotShow)
     const particles::RainField field(rainfall::makeSizeClasses(sizes), sizes.slope(), particles::Motion({}), 5);
     particles::Exposure exposure;
     exposure.duration_s = 0.01;
-    exposure.projection = {128, 96, double(Picture::focal)};
+    exposure.projection = camera::projectionFromFocal(128, 96, double(Picture::focal));
     const auto list = field.cellsInView(exposure, {.near_m = 0.5, .far_m = 12, .threshold = 1e-4});
     particles::CellList reversed = list;
     reversed.cells.clear();
