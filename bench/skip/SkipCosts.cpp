@@ -64,11 +64,12 @@ struct Scene {
     const char* name = "";
     std::function<void(Settings&, const Folder&, const SkipBenchOptions&)> set;
     bool plateStands = false;
+    double share = 0;  ///< of a frame's sides that is asked for; 0: nobody asks for a part
 };
 
 struct Case {
     const char* name;
-    bool Skips::*skip;
+    bool Skips::*skip;  ///< null: what is outside of the region of interest
     Scene has, hasNot;
 };
 
@@ -80,6 +81,15 @@ Settings rainAlone()
     s.fog_1_m = 0;
     s.splashes = 0;
     s.strokes = 80000;
+    return s;
+}
+
+/// A region lit by its frame's whole plate would have to read all of that.
+Settings asIsWithSamples()
+{
+    Settings s;
+    s.rate_mm_h = 25;
+    s.fogColor = {0.5, 0.5, 0.55};
     return s;
 }
 
@@ -126,7 +136,20 @@ const Case cases[] = {
      &Skips::unchanged,
      {"a still, its light from each frame", [](Settings&, const Folder&, const SkipBenchOptions&) {}, true},
      {"a plate that moves", [](Settings&, const Folder&, const SkipBenchOptions&) {}}},
+    {"what is outside of the region",
+     nullptr,
+     {"a quarter of each side, 25 mm/h, the defaults",
+      [](Settings& s, const Folder&, const SkipBenchOptions&) { s = asIsWithSamples(); }, false, 0.25},
+     {"all of the frame, as a region",
+      [](Settings& s, const Folder&, const SkipBenchOptions&) { s = asIsWithSamples(); }, false, 1}},
 };
+
+/// In the middle of the frame.
+Window regionOf(const SkipBenchOptions& options, double share)
+{
+    const int width = int(options.width * share), height = int(options.height * share);
+    return {(options.width - width) / 2, (options.height - height) / 2, width, height};
+}
 
 io::PlateFrame plateOf(const SkipBenchOptions& options, FrameNumber number, bool stands)
 {
@@ -151,19 +174,21 @@ double processorSeconds()
 }
 
 /// Median and mean of a frame [ms], and the frames.
-std::vector<ImageF> timed(const Settings& settings, const SkipBenchOptions& options, bool stands, const Skips& skips,
-                          double& median_ms, double& all_ms)
+std::vector<ImageF> timed(const Settings& settings, const SkipBenchOptions& options, const Scene& scene,
+                          const Skips& skips, const shot::View& view, double& median_ms, double& all_ms)
 {
+    shot::PlateSamples samples;
+    if (scene.share > 0) samples.forLight.push_back({0, plateOf(options, 0, true).pixels});
     shot::Compositor compositor(settings, {options.width, options.height, 24, 0},
-                                {.wanted = {.skips = skips}, .device = options.device, .shaderFolder = {}}, {});
+                                {.wanted = {.skips = skips}, .device = options.device}, samples);
     std::vector<ImageF> pictures;
     std::vector<double> times;
     double all = 0;
     for (int i = 0; i < options.frames + 1; ++i) {
-        io::PlateFrame plate = plateOf(options, i, stands);
+        io::PlateFrame plate = plateOf(options, i, scene.plateStands);
         const double before = processorSeconds();
         const Timer timer;
-        pictures.push_back(compositor.render(std::move(plate)).beauty);
+        pictures.push_back(compositor.render(std::move(plate), view, {}).beauty);
         if (i == 0) continue;  // it allocates
         times.push_back(timer.milliseconds());
         all += processorSeconds() - before;
@@ -182,9 +207,14 @@ SkipTime timesOf(const Scene& scene, bool Skips::*skip, const SkipBenchOptions& 
     Settings settings = rainAlone();
     scene.set(settings, folder, options);
     Skips skips;
-    const auto with = timed(settings, options, scene.plateStands, skips, result.with_ms, result.withAll_ms);
-    skips.*skip = false;
-    const auto without = timed(settings, options, scene.plateStands, skips, result.without_ms, result.withoutAll_ms);
+    shot::View part;
+    if (skip == nullptr) part.region = regionOf(options, scene.share);
+    const auto with = timed(settings, options, scene, skips, part, result.with_ms, result.withAll_ms);
+    if (skip != nullptr) skips.*skip = false;
+    auto without = timed(settings, options, scene, skips, {}, result.without_ms, result.withoutAll_ms);
+    if (skip == nullptr)
+        for (ImageF& whole : without)
+            whole = shot::placed(std::move(whole), {0, 0, options.width, options.height}, part.region);
     for (std::size_t frame = 0; frame < with.size(); ++frame)
         for (std::size_t i = 0; i < with[frame].size(); ++i)
             result.difference =

@@ -70,7 +70,7 @@ struct Compositor::Impl : PassInputs {
     void add(const DrawnPicture& drawn, const Handed& handed);
     ConstImageViewF wholeFrameIn(const io::PlateFrame& plate, const ViewWindows& windows) const;
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
-    io::RenderedFrame render(io::PlateFrame plate, ViewWindows windows, std::shared_ptr<RowSink> canvas,
+    io::RenderedFrame render(io::PlateFrame plate, ViewWindows windows, double later, std::shared_ptr<RowSink> canvas,
                              const Watch& watch);
 };
 
@@ -81,7 +81,7 @@ void Compositor::Impl::leaveOutLamps()
     if (ringTransfer.empty()) ringTransfer = ringTransferTable();
     greatestTransfer = double(*std::max_element(ringTransfer.begin(), ringTransfer.end()));
     if (lamps.empty() || !plan.skips.passes || !track.isStatic()) return;
-    if (!seenLamps(exposureAt(shot.firstFrame), greatestTransfer).empty()) return;
+    if (!seenLamps(exposureAt(double(shot.firstFrame)), greatestTransfer).empty()) return;
     plan.features.lights = false;
     plan.leaveOut("lights", fmt::format("no light of '{}' reaches a drop", settings.lights));
 }
@@ -138,7 +138,7 @@ ViewWindows Compositor::Impl::windowsFor(const View& view) const
         // Droplets fly and crowns grow so far; on nothing nearer than a metre, or than a lower camera's ground.
         const double reach_m = 0.05 + 0.05 * settings.dropSize * settings.splashSize;
         const double nearest_m = settings.depth.empty() ? std::min(1.0, parseGround(settings.ground).height_m) : 1.0;
-        const double focal = exposureAt(shot.firstFrame).projection.fullFocal_px() * view.scale;
+        const double focal = exposureAt(double(shot.firstFrame)).projection.fullFocal_px() * view.scale;
         splashReach = int(std::ceil(std::min(4096.0, focal * reach_m / nearest_m)));
     }
     const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * view.scale))); };
@@ -314,7 +314,7 @@ double Compositor::expectedStrokes() const
 {
     const Impl& m = *impl_;
     if (!m.plan.features.rain) return 0;
-    const particles::Exposure exposure = m.exposureAt(m.shot.firstFrame);
+    const particles::Exposure exposure = m.exposureAt(double(m.shot.firstFrame));
     return m.rain->field().expectedStrokes(exposure.projection, exposure.duration_s, m.rain->visibility(exposure));
 }
 
@@ -341,16 +341,16 @@ std::vector<io::Layer> Compositor::Impl::layersOf(DrawnPicture& drawn) const
 
 io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSink> canvas)
 {
-    return impl_->render(std::move(plate), impl_->windowsFor({}), std::move(canvas), {});
+    return impl_->render(std::move(plate), impl_->windowsFor({}), 0, std::move(canvas), {});
 }
 
 io::RenderedFrame Compositor::render(io::PlateFrame plate, const View& view, const Watch& watch)
 {
-    return impl_->render(std::move(plate), impl_->windowsFor(view), nullptr, watch);
+    return impl_->render(std::move(plate), impl_->windowsFor(view), view.later, nullptr, watch);
 }
 
-io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows windows, std::shared_ptr<RowSink> canvas,
-                                           const Watch& watch)
+io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows windows, double later,
+                                           std::shared_ptr<RowSink> canvas, const Watch& watch)
 {
     const Timer clock;
     io::RenderedFrame out;
@@ -381,7 +381,7 @@ io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows win
         }
     });
     const bool isSamePlate = plan.skips.unchanged && plate.content != 0 && plate.content == before;
-    const particles::Exposure exposure = exposureAt(plate.number);
+    const particles::Exposure exposure = exposureAt(double(plate.number) + later);
     timed("inputs", [&] {
         repair(plate);
         if (features.depth) setDepth(plate.number, exposure, wholeFrameIn(plate, windows), isSamePlate);

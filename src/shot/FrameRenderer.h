@@ -19,7 +19,7 @@ struct CompositorStatistics {
     double renderSeconds = 0;              ///< render() without waiting for the plate
     std::size_t frames = 0, strokes = 0, splashes = 0;
     std::map<std::string, std::size_t> made;  ///< how often each part of the shot was made: "light", "rain", "renderer"
-    std::size_t rendererBytes = 0;   ///< buffers, lists and depth of the renderer, the most that they came to
+    std::size_t rendererBytes = 0;            ///< buffers, lists and depth of the renderer, the most that they came to
     std::size_t hiddenCells = 0;     ///< of drops behind the scene's depth, not looked into; summed over the frames
     std::size_t samePlates = 0;      ///< frames with the pixels of the one before
     std::size_t lampsLeftOut = 0;    ///< as their light does not arrive; summed over the frames

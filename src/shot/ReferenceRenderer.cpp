@@ -193,7 +193,7 @@ io::RenderedFrame ReferenceRenderer::render(io::PlateFrame plate, std::shared_pt
         return out;
     }
     m.statistics.repairedPixels += repairPixels(plate.pixels);
-    const particles::Exposure exposure = m.exposureAt(plate.number);
+    const particles::Exposure exposure = m.exposureAt(double(plate.number));
     std::shared_ptr<const depth::Depth> depth;
     if (m.plan.features.depth) {
         depth = m.depthAt(plate.number, exposure, plate.pixels);

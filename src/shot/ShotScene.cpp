@@ -76,7 +76,7 @@ void ShotScene::make(unsigned parts, const PlateSamples& samples)
     if (parts & TransferPart) lut = {};
     plan = planFrame(settings, wanted_, !track.isStatic());
     if (plan.isPassThrough()) return;
-    const particles::Exposure first = exposureAt(shot.firstFrame, true);
+    const particles::Exposure first = exposureAt(double(shot.firstFrame), true);
     if (plan.features.colorTransfer && lut.rgb.empty()) makeTransfer(samples.forGrade);
     if ((plan.features.rain || plan.features.fog || plan.features.splashes) && !rain)
         rain = std::make_shared<const RainModel>(settings, first);
@@ -121,15 +121,15 @@ camera::Projection ShotScene::projectionAt(const camera::Pose& pose) const
     return camera::partOf(frameProjectionAt(pose), scale_, region_);
 }
 
-particles::Exposure ShotScene::exposureAt(FrameNumber frame) const { return exposureAt(frame, false); }
+particles::Exposure ShotScene::exposureAt(double frame) const { return exposureAt(frame, false); }
 
-particles::Exposure ShotScene::exposureAt(FrameNumber frame, bool ofFrame) const
+particles::Exposure ShotScene::exposureAt(double frame, bool ofFrame) const
 {
     particles::Exposure exposure;
-    exposure.open_s = double(frame) / shot.fps;
+    exposure.open_s = frame / shot.fps;
     exposure.duration_s = exposureOf(settings, shot.fps);
-    exposure.poseAtOpen = track.at(double(frame));
-    exposure.poseAtClose = track.at(double(frame) + exposure.duration_s * shot.fps);
+    exposure.poseAtOpen = track.at(frame);
+    exposure.poseAtClose = track.at(frame + exposure.duration_s * shot.fps);
     exposure.projection = ofFrame ? frameProjectionAt(exposure.poseAtOpen) : projectionAt(exposure.poseAtOpen);
     return exposure;
 }

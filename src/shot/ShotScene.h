@@ -62,7 +62,7 @@ struct ShotScene : SceneParts {
     Window frameWindow() const;  ///< the frame at the scale
 
     camera::Projection projectionAt(const camera::Pose& pose) const;  ///< of what is made
-    particles::Exposure exposureAt(FrameNumber frame) const;
+    particles::Exposure exposureAt(double frame) const;               ///< need not be whole
     environment::PlateView viewOf(ConstImageViewF plate, FrameNumber frame) const;
     /// Extinction of the air near the scene's lamps [1/m]: the fog's, or the mean of the undrawn rain's over 100 m.
     double extinctionAround(const particles::Exposure& exposure) const;
@@ -78,7 +78,7 @@ struct ShotScene : SceneParts {
 
 private:
     camera::Projection frameProjectionAt(const camera::Pose& pose) const;  ///< of all of it at full scale
-    particles::Exposure exposureAt(FrameNumber frame, bool ofFrame) const;
+    particles::Exposure exposureAt(double frame, bool ofFrame) const;
     void make(unsigned parts, const PlateSamples& samples);
     void makeTransfer(const std::vector<ImageF>& samples);
     void makeLight(const std::vector<PlateSamples::Frame>& samples);

@@ -22,6 +22,8 @@ void check(const View& view)
 {
     if (!(view.scale > 0 && view.scale <= 1))
         throw Error(ErrorCode::InvalidArgument, "scale {:g}: must be over 0 and at most 1", view.scale);
+    if (!(view.later >= 0 && view.later < 1))
+        throw Error(ErrorCode::InvalidArgument, "{:g} frames later: must be 0 to under 1", view.later);
     for (const Window& w : {view.region, view.plate}) {
         if (w == Window{}) continue;
         if (w.width < 1 || w.height < 1 || w.width > mostPixels || w.height > mostPixels ||

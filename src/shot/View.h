@@ -14,6 +14,8 @@ struct View {
     Window region{};   ///< to be made, may reach beyond the frame; empty: the whole frame
     Window plate{};  ///< what of the plate is given; empty: the whole frame, or the region where that reaches beyond it
 
+    double later = 0;  ///< the shutter opens so many frames after the frame begins, 0 to 1: for what is retimed
+
     friend bool operator==(const View&, const View&) = default;
 };
 

@@ -274,6 +274,23 @@ TEST(View, OnePixelAndTheLargestFrameByRegion)
     }
 }
 
+/// Half a frame later the drops have fallen by half of what they fall from frame to frame: at twice the rate of frames
+/// it is the frame between.
+TEST(View, BetweenFrames)
+{
+    Settings s = rainOnGround();
+    s.exposure_s = 1.0 / 200;
+    Renderer renderer(s);
+    const ImageF between = renderer({.later = 0.5}).beauty;
+    Compositor twice(s, {width, height, 48, 0}, {.wanted = {.layers = true}, .device = "cpu"},
+                     samplesOf(plateOf(width, height)));
+    io::PlateFrame plate;
+    plate.number = 15;
+    plate.pixels = plateOf(width, height);
+    EXPECT_EQ(greatestDifference(twice.render(std::move(plate)).beauty, between), 0);
+    EXPECT_THROW(renderer({.later = 1}), Error);
+}
+
 TEST(View, EndsWhenNobodyWantsIt)
 {
     Renderer renderer(rainOnGround());
