@@ -12,7 +12,7 @@
 namespace virga::shot {
 
 struct CompositorOptions {
-    Wanted wanted;
+    Wanted wanted{};
     std::string device = "auto";   ///< see makePictureRenderer
     std::string shaderFolder{};    ///< see gl::loadShader
     Timeline* timeline = nullptr;  ///< gets what render() does; must outlive the compositor
