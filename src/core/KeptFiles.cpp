@@ -15,6 +15,8 @@
 #include <tuple>
 #include <vector>
 
+#include "core/KeptInMemory.h"
+
 namespace virga {
 namespace {
 
@@ -73,6 +75,9 @@ std::string KeptFiles::pathOf(std::string_view kind, std::string_view key) const
 
 std::optional<std::string> KeptFiles::load(std::string_view kind, std::string_view key) const noexcept
 try {
+    KeptInMemory* const memory = KeptInMemory::ofThread();
+    if (memory != nullptr)
+        if (std::optional<std::string> content = memory->load(kind, key)) return content;
     if (folder_.empty()) return std::nullopt;
     const std::string path = pathOf(kind, key);
     std::ifstream file(path, std::ios::binary);
@@ -87,13 +92,16 @@ try {
     const std::string_view rest = std::string_view(all).substr(sizeof head);
     if (rest.substr(0, key.size()) != key || contentHash(rest) != head.check) return std::nullopt;
     utimensat(AT_FDCWD, path.c_str(), nullptr, 0);  // asked for just now
-    return std::string(rest.substr(key.size()));
+    std::string content(rest.substr(key.size()));
+    if (memory != nullptr) memory->store(kind, key, content);
+    return content;
 } catch (...) {
     return std::nullopt;
 }
 
 void KeptFiles::store(std::string_view kind, std::string_view key, std::string_view content) const noexcept
 try {
+    if (KeptInMemory* const memory = KeptInMemory::ofThread()) memory->store(kind, key, content);
     if (folder_.empty() || content.size() + key.size() > mostBytes_ / 2) return;
     std::error_code failure;
     fs::create_directories(folder_, failure);

@@ -14,7 +14,7 @@ class KeptFiles {
 public:
     static constexpr std::uintmax_t standardBytes = std::uintmax_t(256) << 20;
 
-    /// Keeps nothing and finds nothing.
+    /// Keeps nothing and finds nothing, but what KeptInMemory does for this thread.
     KeptFiles() = default;
     /// folder    made when something is stored; empty: as the default
     /// mostBytes of all files together; those that were not asked for the longest go first

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "core/Counters.h"
 #include "core/Error.h"
 
 namespace virga::gl {
@@ -74,6 +75,8 @@ DeviceInfo describe(const Candidate& candidate)
             text(GL_VENDOR), text(GL_VERSION),     candidate.platform};
 }
 
+thread_local const Context* currentContext = nullptr;
+
 void destroyContext(EGLDisplay display, EGLContext context)
 {
     eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
@@ -119,12 +122,15 @@ Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
         impl_->display = candidate.display;
         impl_->context = context;
         impl_->device = describe(candidate);
+        currentContext = this;
+        ++counters().contexts;
         return;
     }
     const bool isNumber = std::isdigit(static_cast<unsigned char>(device[0])) != 0;
     if (isNumber && std::none_of(candidates.begin(), candidates.end(),
                                  [&](const Candidate& candidate) { return isWanted(candidate, device); }))
-        throw Error(ErrorCode::Graphics, "--device {}: there is no such device; EGL lists {}, counted from 0 (see virga info)", device,
+        throw Error(ErrorCode::Graphics,
+                    "--device {}: there is no such device; EGL lists {}, counted from 0 (see virga info)", device,
                     candidates.size());
     throw Error(ErrorCode::Graphics,
                 "no usable OpenGL 4.5 device for '--device {}': EGL lists {} device(s) and none gave a context; "
@@ -134,8 +140,32 @@ Context::Context(const std::string& device) : impl_(std::make_unique<Impl>())
 
 Context::~Context()
 {
-    if (impl_->context != EGL_NO_CONTEXT) destroyContext(impl_->display, impl_->context);
+    if (impl_->context == EGL_NO_CONTEXT) return;
+    // Making none current would take it from another context of this thread.
+    if (currentContext == this) currentContext = nullptr;
+    if (currentContext == nullptr)
+        destroyContext(impl_->display, impl_->context);
+    else
+        eglDestroyContext(impl_->display, impl_->context);
 }
+
+bool Context::tryMakeCurrent() const noexcept
+{
+    if (currentContext == this) return true;
+    if (!eglBindAPI(EGL_OPENGL_API) || !eglMakeCurrent(impl_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, impl_->context))
+        return false;
+    currentContext = this;
+    return true;
+}
+
+void Context::makeCurrent() const
+{
+    if (!tryMakeCurrent())
+        throw Error(ErrorCode::Graphics, "the OpenGL context of {} is lost (EGL error 0x{:x})", impl_->device.renderer,
+                    eglGetError());
+}
+
+const Context* Context::current() noexcept { return currentContext; }
 
 const DeviceInfo& Context::device() const { return impl_->device; }
 

@@ -17,8 +17,8 @@ struct DeviceInfo {
     std::string platform;  ///< "device" or "surfaceless"
 };
 
-/// Owns the context and is current on the thread that made it, from construction to destruction. All objects of this
-/// floor live and die on that thread, between the two.
+/// Owns the context and is current on the thread that made it, from construction to destruction, unless another is made
+/// current there. All objects of this floor live and die on that thread, between the two, while it is current.
 class Context {
 public:
     /// device: "auto" (a GPU if there is one), "cpu", "gpu", or a number as listed by listDevices().
@@ -29,6 +29,13 @@ public:
     Context& operator=(const Context&) = delete;
 
     const DeviceInfo& device() const;
+
+    /// For threads with several contexts: the GL calls that follow are this one's. Throws Error(Graphics) if it is
+    /// lost.
+    void makeCurrent() const;
+    bool tryMakeCurrent() const noexcept;
+    /// The thread's that is current, or null.
+    static const Context* current() noexcept;
 
     /// Throws Error(Graphics) naming `where` if GL has recorded an error since the last call.
     void check(const char* where) const;

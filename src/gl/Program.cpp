@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/Counters.h"
 #include "core/Error.h"
+#include "gl/SharedContexts.h"
 
 namespace virga::gl {
 
@@ -30,10 +32,15 @@ Program::Program(const std::string& path, const Defines& defines, const ShaderPl
     constexpr const char* kind = "program";
     const ShaderSource source = loadShader(path, defines, places.folder);
     const std::string key = keyOf(source);
+    SharedContexts* const shared = SharedContexts::ofThread();
+    if (shared != nullptr && (linked_ = shared->program(key))) return;
+    ++counters().programs;
     const std::optional<std::string> kept = places.programs.load(kind, key);
-    if (kept && takeBinary(*kept)) return;
-    build(path, source);
-    if (const std::string made = binary(); !made.empty()) places.programs.store(kind, key, made);
+    if (!kept || !takeBinary(*kept)) {
+        build(path, source);
+        if (const std::string made = binary(); !made.empty()) places.programs.store(kind, key, made);
+    }
+    if (shared != nullptr) shared->keep(key, linked_);
 }
 
 /// The format and then the bytes, as the driver gives them; empty if it gives none.
@@ -42,12 +49,12 @@ std::string Program::binary() const
     GLint formats = 0, bytes = 0;
     glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
     if (formats == 0) return {};
-    glGetProgramiv(name_, GL_PROGRAM_BINARY_LENGTH, &bytes);
+    glGetProgramiv(name(), GL_PROGRAM_BINARY_LENGTH, &bytes);
     if (bytes <= 0) return {};
     std::string all(sizeof(GLenum) + std::size_t(bytes), '\0');
     GLenum format = 0;
     GLsizei length = 0;
-    glGetProgramBinary(name_, bytes, &length, &format, all.data() + sizeof format);
+    glGetProgramBinary(name(), bytes, &length, &format, all.data() + sizeof format);
     if (length <= 0) return {};
     std::memcpy(all.data(), &format, sizeof format);
     all.resize(sizeof format + std::size_t(length));
@@ -66,10 +73,10 @@ bool Program::takeBinary(const std::string& kept)
     std::vector<GLint> known(std::size_t(formats), 0);
     glGetIntegerv(GL_PROGRAM_BINARY_FORMATS, known.data());
     if (std::find(known.begin(), known.end(), GLint(format)) == known.end()) return false;
-    name_ = glCreateProgram();
-    glProgramBinary(name_, format, kept.data() + sizeof format, GLsizei(kept.size() - sizeof format));
-    glGetProgramiv(name_, GL_LINK_STATUS, &ok);
-    if (!ok) glDeleteProgram(std::exchange(name_, 0));
+    const auto taken = std::make_shared<const LinkedProgram>(glCreateProgram());
+    glProgramBinary(taken->name(), format, kept.data() + sizeof format, GLsizei(kept.size() - sizeof format));
+    glGetProgramiv(taken->name(), GL_LINK_STATUS, &ok);
+    if (ok) linked_ = taken;
     return ok != 0;
 }
 
@@ -89,41 +96,37 @@ void Program::build(const std::string& path, const ShaderSource& source)
         throw Error(ErrorCode::Graphics, "shader '{}' does not compile on this device: {}", path,
                     explainShaderLog(log, source));
     }
-    name_ = glCreateProgram();
-    glProgramParameteri(name_, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
-    glAttachShader(name_, shader);
-    glLinkProgram(name_);
+    const auto made = std::make_shared<const LinkedProgram>(glCreateProgram());
+    const GLuint name = made->name();
+    glProgramParameteri(name, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+    glAttachShader(name, shader);
+    glLinkProgram(name);
     glDeleteShader(shader);
-    glGetProgramiv(name_, GL_LINK_STATUS, &ok);
+    glGetProgramiv(name, GL_LINK_STATUS, &ok);
     if (!ok) {
-        glGetProgramiv(name_, GL_INFO_LOG_LENGTH, &length);
+        glGetProgramiv(name, GL_INFO_LOG_LENGTH, &length);
         std::string log(std::size_t(length) + 1, '\0');
-        glGetProgramInfoLog(name_, length, nullptr, log.data());
-        glDeleteProgram(std::exchange(name_, 0));
+        glGetProgramInfoLog(name, length, nullptr, log.data());
         throw Error(ErrorCode::Graphics, "shader '{}' does not link on this device: {}", path,
                     explainShaderLog(log, source));
     }
-}
-
-Program::~Program()
-{
-    if (name_ != 0) glDeleteProgram(name_);
+    linked_ = made;
 }
 
 void Program::set(const char* uniform, GLuint value) const
 {
-    glProgramUniform1ui(name_, glGetUniformLocation(name_, uniform), value);
+    glProgramUniform1ui(name(), glGetUniformLocation(name(), uniform), value);
 }
 
 void Program::dispatch(GLuint x, GLuint y, GLuint z) const
 {
-    glUseProgram(name_);
+    glUseProgram(name());
     glDispatchCompute(x, y, z);
 }
 
 void Program::dispatchIndirect(GLuint buffer, std::size_t offset) const
 {
-    glUseProgram(name_);
+    glUseProgram(name());
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, buffer);
     glDispatchComputeIndirect(GLintptr(offset));
 }

@@ -3,30 +3,38 @@
 
 #include <epoxy/gl.h>
 
+#include <memory>
 #include <string>
-#include <utility>
 
 #include "gl/ShaderSource.h"
 
 namespace virga::gl {
 
+/// Owns the name of a program that is linked.
+class LinkedProgram {
+public:
+    explicit LinkedProgram(GLuint name) : name_(name) {}
+    ~LinkedProgram() { glDeleteProgram(name_); }
+    LinkedProgram(const LinkedProgram&) = delete;
+    LinkedProgram& operator=(const LinkedProgram&) = delete;
+    GLuint name() const { return name_; }
+
+private:
+    GLuint name_;
+};
+
+/// May be shared with others of the same text (SharedContexts.h), so what is set is set before each dispatch.
 class Program {
 public:
     Program() = default;
-    /// From the binary that was kept when the same text was compiled by the same driver of the same device, where there
-    /// is one and the driver still takes it; else compiled and linked, and kept.
-    /// Throws Error(Graphics) with the driver's message, file and line as the author wrote them.
+    /// The one that SharedContexts of this thread have of the same text; else from the binary that was kept when the
+    /// same text was compiled by the same driver of the same device, where there is one and the driver still takes it;
+    /// else compiled and linked, and kept. Throws Error(Graphics) with the driver's message, file and line as the
+    /// author wrote them.
     Program(const std::string& path, const Defines& defines, const ShaderPlaces& places = {});
-    ~Program();
-    Program(Program&& other) noexcept { swap(other); }
-    Program& operator=(Program&& other) noexcept
-    {
-        swap(other);
-        return *this;
-    }
 
-    GLuint name() const { return name_; }
-    explicit operator bool() const { return name_ != 0; }
+    GLuint name() const { return linked_ ? linked_->name() : 0; }
+    explicit operator bool() const { return linked_ != nullptr; }
     /// Sets a plain uniform; a name that this variant does not use is fine.
     void set(const char* uniform, GLuint value) const;
 
@@ -39,8 +47,7 @@ private:
     void build(const std::string& path, const ShaderSource& source);
     bool takeBinary(const std::string& kept);
     std::string binary() const;
-    void swap(Program& other) noexcept { std::swap(name_, other.name_); }
-    GLuint name_ = 0;
+    std::shared_ptr<const LinkedProgram> linked_;
 };
 
 /// Groups that cover `size` items, `local` to a group.

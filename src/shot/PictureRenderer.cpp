@@ -8,6 +8,7 @@
 #include "core/Timer.h"
 #include "gl/Context.h"
 #include "gl/PassTimer.h"
+#include "gl/SharedContexts.h"
 #include "passes/BlurPass.h"
 #include "passes/CompositePass.h"
 #include "passes/CpuRenderer.h"
@@ -29,9 +30,10 @@ struct PictureOnDevice {
 
 class ShaderPicture final : public PictureRenderer {
 public:
-    ShaderPicture(std::unique_ptr<gl::Context> context, const PictureSetup& setup)
+    ShaderPicture(std::shared_ptr<const gl::Context> context, const PictureSetup& setup)
         : context_(std::move(context)), features_(setup.features), shaderFolder_(setup.shaderFolder)
     {
+        context_->makeCurrent();
         features_.software = context_->device().isSoftware;
         targets_.emplace(setup.width, setup.height, features_);
         gl::ShaderPlaces places(setup.shaderFolder);
@@ -45,6 +47,8 @@ public:
         if (features_.colorTransfer) targets_->uploadLut(setup.lut.size, setup.lut.rgb);
         context_->check("opening the passes");
     }
+
+    ~ShaderPicture() override { context_->tryMakeCurrent(); }
 
     bool isOpenGl() const override { return true; }
     std::string device() const override { return context_->device().renderer; }
@@ -62,18 +66,19 @@ public:
     void keepPlate() override { keepsPlate_ = true; }
     bool takesRows() const override { return true; }
     std::size_t picturesInFlight() const override { return passes::transfersInFlight - 1; }
-    void setDepth(ConstImageViewF metres) override { targets_->uploadDepth(metres); }
-    void setFogTable(const std::vector<float>& opticalDepth) override { targets_->uploadFogTable(opticalDepth); }
-    void setVeilTable(const std::vector<float>& sums) override { targets_->uploadVeilTable(sums); }
-    void setLamps(std::span<const shared::PointLight> lamps) override { targets_->uploadLights(lamps); }
+    void setDepth(ConstImageViewF metres) override { here().uploadDepth(metres); }
+    void setFogTable(const std::vector<float>& opticalDepth) override { here().uploadFogTable(opticalDepth); }
+    void setVeilTable(const std::vector<float>& sums) override { here().uploadVeilTable(sums); }
+    void setLamps(std::span<const shared::PointLight> lamps) override { here().uploadLights(lamps); }
     void setDropRadiance(ConstImageViewF radiance, ConstImageViewF lowPassBackground) override
     {
-        targets_->uploadDropRadiance(radiance, lowPassBackground);
+        here().uploadDropRadiance(radiance, lowPassBackground);
     }
 
     DrawnPicture render(PlateInput plate, const shared::FrameConstants& constants, const particles::CellList& cells,
                         const glm::mat3& environmentFromWorld, const Watch& watch) override
     {
+        context_->makeCurrent();
         PictureOnDevice picture = newPicture();
         DrawnPicture& drawn = picture.drawn;
         gl::PassTimer& timer = *picture.timer;
@@ -116,6 +121,7 @@ public:
 
     DrawnPicture complete() override
     {
+        context_->makeCurrent();
         PictureOnDevice picture = std::move(onDevice_.front());
         onDevice_.pop_front();
         const Timer clock;
@@ -126,6 +132,13 @@ public:
     }
 
 private:
+    /// The targets, with the context current that they are of.
+    passes::FrameTargets& here()
+    {
+        context_->makeCurrent();
+        return *targets_;
+    }
+
     /// With the timer and the buffer of an earlier one, if one is done.
     PictureOnDevice newPicture()
     {
@@ -198,7 +211,7 @@ private:
     static constexpr std::size_t splashesAt = passes::StrokePass::countBytes;
 
     // Destroyed in reverse order: GL objects before their context.
-    std::unique_ptr<gl::Context> context_;
+    std::shared_ptr<const gl::Context> context_;
     passes::Features features_;
     std::string shaderFolder_;
     std::optional<passes::FrameTargets> targets_;
@@ -270,10 +283,10 @@ private:
 };
 
 /// Null if there is none.
-std::unique_ptr<gl::Context> openGpu()
+std::shared_ptr<const gl::Context> openGpu()
 {
     try {
-        return std::make_unique<gl::Context>("gpu");
+        return gl::SharedContexts::open("gpu");
     } catch (const Error& error) {
         if (error.code() != ErrorCode::Graphics) throw;
         return nullptr;
@@ -290,7 +303,7 @@ std::unique_ptr<PictureRenderer> makePictureRenderer(const PictureSetup& setup)
         if (auto gpu = openGpu()) return std::make_unique<ShaderPicture>(std::move(gpu), setup);
         return std::make_unique<CpuPicture>(setup);
     }
-    return std::make_unique<ShaderPicture>(std::make_unique<gl::Context>(setup.device), setup);
+    return std::make_unique<ShaderPicture>(gl::SharedContexts::open(setup.device), setup);
 }
 
 }  // namespace virga::shot

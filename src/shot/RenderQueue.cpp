@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "core/Error.h"
+#include "core/KeptInMemory.h"
+#include "gl/SharedContexts.h"
 
 namespace virga::shot {
 
@@ -16,9 +18,15 @@ struct RenderQueue::Ticket::State {
 
     mutable std::mutex mutex;
     mutable std::condition_variable changed;
-    bool isDone = false;
+    bool hasBegun = false, isDone = false;
     std::exception_ptr error;
 
+    /// False if it was given up before.
+    bool begin()
+    {
+        const std::lock_guard lock(mutex);
+        return hasBegun = !isDone;
+    }
     void finish(std::exception_ptr why)
     {
         {
@@ -28,9 +36,24 @@ struct RenderQueue::Ticket::State {
         }
         changed.notify_all();
     }
+    void giveUp()
+    {
+        cancelled = true;
+        {
+            const std::lock_guard lock(mutex);
+            if (hasBegun || isDone) return;
+            error = std::make_exception_ptr(Error(ErrorCode::Interrupted, "the frame is wanted no longer"));
+            isDone = true;
+        }
+        changed.notify_all();
+    }
 };
 
-void RenderQueue::Ticket::cancel() noexcept { state_->cancelled = true; }
+void RenderQueue::Ticket::cancel() noexcept
+try {
+    state_->giveUp();
+} catch (...) {  // no memory for the sentence: it stays cancelled, and is given up when its turn comes
+}
 bool RenderQueue::Ticket::isCancelled() const noexcept { return state_->cancelled; }
 
 bool RenderQueue::Ticket::isDone() const noexcept
@@ -59,7 +82,7 @@ RenderQueue::~RenderQueue()
     {
         const std::lock_guard lock(mutex_);
         ends_ = true;
-        for (const auto& state : waiting_) state->cancelled = true;
+        for (const auto& state : waiting_) state->giveUp();
     }
     changed_.notify_all();
     thread_.join();
@@ -104,6 +127,8 @@ std::size_t RenderQueue::waiting() const
 
 void RenderQueue::serve()
 {
+    const KeptInMemory kept;
+    const gl::SharedContexts contexts;
     std::unique_lock lock(mutex_);
     while (true) {
         changed_.wait(lock, [&] { return !waiting_.empty() || ends_; });
@@ -112,15 +137,16 @@ void RenderQueue::serve()
         ticket.state_ = *waiting_.begin();
         waiting_.erase(waiting_.begin());
         lock.unlock();
+        const bool begins = ticket.state_->begin();
         std::exception_ptr error;
         try {
-            if (ticket.isCancelled()) throw Error(ErrorCode::Interrupted, "the frame is wanted no longer");
-            ticket.state_->work(ticket);
+            if (begins && ticket.isCancelled()) throw Error(ErrorCode::Interrupted, "the frame is wanted no longer");
+            if (begins) ticket.state_->work(ticket);
         } catch (...) {
             error = std::current_exception();
         }
         ticket.state_->work = nullptr;  // what it holds goes on the thread that it was for
-        ticket.state_->finish(std::move(error));
+        if (begins) ticket.state_->finish(std::move(error));
         lock.lock();
     }
 }

@@ -1,6 +1,7 @@
 // The one thread that renders for everybody in the process who asks for frames as they come (the library, the frame
 // server), and the order in which they get them. A frame uses all cores or the GPU, so that two at a time would only
-// both be late; and a GL context belongs to one thread.
+// both be late; and a GL context belongs to one thread, on which all that render share it, with compiled programs and
+// the light of panoramas, as long as the queue lives (gl/SharedContexts.h, core/KeptInMemory.h).
 #pragma once
 
 #include <condition_variable>
@@ -20,7 +21,7 @@ public:
     /// Work that was handed in: whoever holds it may wait for it, hurry it or give it up. Thread-safe.
     class Ticket {
     public:
-        /// It will not begin if it has not; if it has, it may look at isCancelled() and end early.
+        /// If it has not begun it never will, and is done; if it has, it may look at isCancelled() and end early.
         void cancel() noexcept;
         bool isCancelled() const noexcept;
         bool isDone() const noexcept;
