@@ -9,6 +9,7 @@
 #include "core/Error.h"
 #include "core/Log.h"
 #include "io/ImageFile.h"
+#include "shot/PicturesInMemory.h"
 
 namespace virga::shot {
 namespace {
@@ -37,11 +38,14 @@ int channelsOf(depth::DepthPacking packing)
 
 }  // namespace
 
-DepthReader::DepthReader(const Settings& settings)
+DepthReader::DepthReader(const Settings& settings, std::shared_ptr<const PicturesInMemory> inMemory)
     : path_(settings.depth), channel_(settings.depthChannel), isPattern_(io::isFramePattern(settings.depth)),
       packing_(packingOf(settings))
 {
-    if (isPattern_) {
+    if (inMemory && path_ == PicturesInMemory::depthName) {
+        inMemory_ = std::move(inMemory);
+        isPattern_ = true;  // one a frame
+    } else if (isPattern_) {
         if (io::findFrames(path_).empty())
             throw Error(ErrorCode::Input, "depth '{}': no frame of that pattern exists", path_);
     } else if (!std::filesystem::exists(path_)) {
@@ -70,16 +74,19 @@ DepthReader::DepthReader(const Settings& settings)
 
 std::vector<FrameNumber> DepthReader::frames() const
 {
+    if (inMemory_) return {};
     return movie_ ? movie_->info().frames : isPattern_ ? io::findFrames(path_) : std::vector<FrameNumber>();
 }
 
 std::string DepthReader::nameOf(FrameNumber frame) const
 {
+    if (inMemory_) return fmt::format("{}, picture {}", path_, inMemory_->depthContent);
     return movie_ ? fmt::format("{}, frame {}", path_, frame) : isPattern_ ? io::framePath(path_, frame) : path_;
 }
 
 StoredDepth DepthReader::read(FrameNumber frame)
 {
+    if (inMemory_) return inMemory_->depth;
     if (movie_) return fromMovie(frame);
     const std::string path = nameOf(frame);
     if (!std::filesystem::exists(path))

@@ -18,10 +18,13 @@ struct StoredDepth {
     double sky = std::numeric_limits<double>::infinity();
 };
 
+struct PicturesInMemory;
+
 class DepthReader {
 public:
-    /// Throws Error(Input) if there is no such file, no frame of the pattern, or no movie that can be read.
-    explicit DepthReader(const Settings& settings);
+    /// inMemory: holds the depth if settings.depth is PicturesInMemory::depthName. Throws Error(Input) if there is no
+    /// such file, no frame of the pattern, or no movie that can be read.
+    explicit DepthReader(const Settings& settings, std::shared_ptr<const PicturesInMemory> inMemory = nullptr);
 
     /// One file for every frame.
     bool isOne() const { return !movie_ && !isPattern_; }
@@ -42,6 +45,7 @@ private:
     bool isPattern_;
     depth::DepthPacking packing_;
     std::unique_ptr<io::PlateReader> movie_;
+    std::shared_ptr<const PicturesInMemory> inMemory_;  // null: files
     bool saidKind_ = false;
 };
 

@@ -77,7 +77,8 @@ depth::DepthOptions depthOptionsOf(const Settings& settings)
     return options;
 }
 
-DepthSource::DepthSource(const Settings& settings, const camera::Pose& firstPose)
+DepthSource::DepthSource(const Settings& settings, const camera::Pose& firstPose,
+                         std::shared_ptr<const PicturesInMemory> inMemory)
     : settings_(settings), holds_(settings.onError == "hold")
 {
     if (settings.depth.empty()) {
@@ -85,7 +86,7 @@ DepthSource::DepthSource(const Settings& settings, const camera::Pose& firstPose
         return;
     }
     options_ = depthOptionsOf(settings);
-    reader_.emplace(settings);
+    reader_.emplace(settings, std::move(inMemory));
 }
 
 void DepthSource::readFrame(FrameNumber frame, const DepthWindow& window, ConstImageViewF plate, bool isSamePlate)

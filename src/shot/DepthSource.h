@@ -26,7 +26,9 @@ public:
     /// Checks what can be checked: the file or the pattern's folder, the text of --ground.
     /// firstPose: where the camera stands in the first frame; the ground is `height` under it.
     /// Throws Error(Input), Error(InvalidArgument).
-    DepthSource(const Settings& settings, const camera::Pose& firstPose);
+    /// inMemory: see DepthReader.
+    DepthSource(const Settings& settings, const camera::Pose& firstPose,
+                std::shared_ptr<const PicturesInMemory> inMemory = nullptr);
 
     /// Of the window's region, x 1 [m], +inf sky; images end at the frame, and beyond it their last pixels go on. The
     /// same object is returned while nothing changes, so that it need not be uploaded again. plate: the whole frame's

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kind = "light";
 /// Counts with every change of what is made of a panorama: the program's version does not change with each.
-constexpr int revision = 1;
+constexpr int revision = 2;
 
 class Packer {
 public:
@@ -91,6 +91,21 @@ private:
     bool isWhole_ = true;
 };
 
+std::string bytesOf(const ImageF& image)
+{
+    return {reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float)};
+}
+
+/// But for the panorama. The name stands in what is said, and its end may say how the content is read.
+std::string keyOf(const std::string& name, const std::string& content, const environment::DropRadianceOptions& options,
+                  const Settings& settings)
+{
+    return fmt::format("virga {} {}\n{}\n{} {:016x}\n{} {} {} {} {} {} {} {} {}\n{}", VIRGA_VERSION, revision, name,
+                       content.size(), contentHash(content), options.order, options.backgroundOrder, options.tolerance,
+                       options.paper, options.lights, options.lightThreshold, options.index[0], options.index[1],
+                       options.index[2], settings.lightRadiance ? fmt::format("{}", *settings.lightRadiance) : "auto");
+}
+
 }  // namespace
 
 std::string keptLightKey(const std::string& path, const environment::DropRadianceOptions& options,
@@ -103,12 +118,29 @@ std::string keptLightKey(const std::string& path, const environment::DropRadianc
     if (!std::filesystem::is_regular_file(path, ignored)) return "";
     std::ifstream file(path, std::ios::binary);
     const std::string content((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    if (content.empty()) return "";
-    // The name stands in what is said, and its end may say how the content is read.
-    return fmt::format("virga {} {}\n{}\n{} {:016x}\n{} {} {} {} {} {} {} {}\n{}", VIRGA_VERSION, revision, path,
-                       content.size(), contentHash(content), options.order, options.tolerance, options.paper,
-                       options.lights, options.lightThreshold, options.index[0], options.index[1], options.index[2],
-                       settings.lightRadiance ? fmt::format("{}", *settings.lightRadiance) : "auto");
+    return content.empty() ? "" : keyOf(path, content, options, settings);
+}
+
+std::string keptLightKey(const ImageF& panorama, const std::string& name,
+                         const environment::DropRadianceOptions& options, const Settings& settings)
+{
+    return keyOf(name, fmt::format("{} {} ", panorama.width(), panorama.height()) + bytesOf(panorama), options,
+                 settings);
+}
+
+std::string keptLightKey(std::span<const environment::PlateView> views, const environment::DropRadianceOptions& options,
+                         const Settings& settings)
+{
+    std::string content =
+        fmt::format("{} {}", settings.envGain, settings.sky ? fmt::format("{}", *settings.sky) : "auto");
+    for (const environment::PlateView& view : views) {
+        content += fmt::format("\n{} {} {}", view.plate.width(), view.plate.height(), view.horizontalFov);
+        content.append(reinterpret_cast<const char*>(&view.worldFromCamera), sizeof view.worldFromCamera);
+        for (int y = 0; y < view.plate.height(); ++y)
+            content.append(reinterpret_cast<const char*>(view.plate.row(y)),
+                           std::size_t(view.plate.width()) * std::size_t(view.plate.channels()) * sizeof(float));
+    }
+    return keyOf("plate", content, options, settings);
 }
 
 std::optional<KeptLight> loadLight(const KeptFiles& files, const std::string& key)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "core/KeptFiles.h"
@@ -20,6 +21,13 @@ struct KeptLight {
 /// All that the light depends on: the file's content, and the settings that go into it. Empty if the file cannot be
 /// read, or if colour is managed by a configuration of the user's ($OCIO, --ocio), whose own files are not looked into.
 std::string keptLightKey(const std::string& path, const environment::DropRadianceOptions& options,
+                         const Settings& settings);
+
+/// The same of a panorama in memory, under the name that sentences call it.
+std::string keptLightKey(const ImageF& panorama, const std::string& name,
+                         const environment::DropRadianceOptions& options, const Settings& settings);
+/// The same of what is made of views of the plate; --env-gain counts, as it is in that.
+std::string keptLightKey(std::span<const environment::PlateView> views, const environment::DropRadianceOptions& options,
                          const Settings& settings);
 
 /// Nothing if the key is empty, or nothing whole is kept under it.

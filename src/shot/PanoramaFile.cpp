@@ -16,13 +16,20 @@ void PanoramaSaid::log() const
 environment::Panorama readPanorama(const std::string& path, std::optional<double> lightRadiance,
                                    environment::PanoramaReport* report, const std::string& ocio, PanoramaSaid* said)
 {
+    const ImageF image = io::readLinearImage(path, {}, ocio);
+    return repairedPanorama(image, path, !io::readImageHeader(path).isFloat, lightRadiance, report, said);
+}
+
+environment::Panorama repairedPanorama(ConstImageViewF image, const std::string& name, bool endsAtWhite,
+                                       std::optional<double> lightRadiance, environment::PanoramaReport* report,
+                                       PanoramaSaid* said)
+{
     environment::PanoramaReport found;
-    environment::Panorama panorama = environment::preparePanorama(io::readLinearImage(path, {}, ocio), path, &found);
+    environment::Panorama panorama = environment::preparePanorama(image, name, &found);
     PanoramaSaid sentences{found.said, {}};
     sentences.log();  // before what may fail
-    const bool endsAtWhite = !io::readImageHeader(path).isFloat;
     const environment::HighlightReport highlights =
-        environment::repairHighlights(panorama, path, {.lightRadiance = lightRadiance, .endsAtWhite = endsAtWhite});
+        environment::repairHighlights(panorama, name, {.lightRadiance = lightRadiance, .endsAtWhite = endsAtWhite});
     PanoramaSaid{{}, highlights.said}.log();
     sentences.notes = highlights.said;
     if (said) *said = std::move(sentences);

@@ -21,4 +21,9 @@ environment::Panorama readPanorama(const std::string& path, std::optional<double
                                    environment::PanoramaReport* report = nullptr, const std::string& ocio = {},
                                    PanoramaSaid* said = nullptr);
 
+/// The same of a picture that is in memory. endsAtWhite: it is of integers.
+environment::Panorama repairedPanorama(ConstImageViewF image, const std::string& name, bool endsAtWhite,
+                                       std::optional<double> lightRadiance, environment::PanoramaReport* report,
+                                       PanoramaSaid* said);
+
 }  // namespace virga::shot

@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "camera/Camera.h"
+#include "core/Counters.h"
 #include "core/Error.h"
+#include "core/KeptInMemory.h"
 #include "core/Log.h"
 #include "environment/Highlights.h"
 #include "io/Plate.h"
@@ -57,12 +59,13 @@ ImageF copyOf(ConstImageViewF image)
 }  // namespace
 
 ShotLight::ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama,
-                     const KeptFiles& kept)
-    : settings_(settings), options_(bakerOptions(settings)), kept_(kept), keepsPanorama_(keepsPanorama)
+                     const KeptFiles& kept, std::shared_ptr<const PicturesInMemory> inMemory)
+    : settings_(settings), options_(bakerOptions(settings)), kept_(kept), inMemory_(std::move(inMemory)),
+      keepsPanorama_(keepsPanorama)
 {
     if (settings.env.empty()) {
         isEachFrame_ = views.empty();
-        if (!isEachFrame_) light_ = fromViews(views);
+        if (!isEachFrame_) light_ = keptFromViews(views);
         return;
     }
     // First up about the camera's x, then to the right about the vertical: what was ahead is seen at (yaw, pitch).
@@ -83,13 +86,19 @@ const environment::DropRadianceBaker& ShotLight::baker()
 environment::DropRadiance ShotLight::fromFile(const std::string& path)
 {
     // Whoever wants the panorama itself has it read.
-    const std::string key = keepsPanorama_ ? "" : keptLightKey(path, options_, settings_);
+    const PicturesInMemory* const given = inMemory_ && isPanoramaInMemory(path) ? inMemory_.get() : nullptr;
+    const std::string key = keepsPanorama_ ? ""
+                            : given        ? keptLightKey(given->panorama, path, options_, settings_)
+                                           : keptLightKey(path, options_, settings_);
     std::optional<KeptLight> found = loadLight(kept_, key);
     if (!found) {
         found.emplace();
         environment::PanoramaReport report;
+        ++counters().environments;
         environment::Panorama panorama =
-            readPanorama(path, settings_.lightRadiance, &report, settings_.ocio, &found->said);
+            given ? repairedPanorama(given->panorama, path, given->endsAtWhite, settings_.lightRadiance, &report,
+                                     &found->said)
+                  : readPanorama(path, settings_.lightRadiance, &report, settings_.ocio, &found->said);
         found->light = baker().bake(panorama);
         found->width = report.width;
         found->height = report.height;
@@ -104,8 +113,22 @@ environment::DropRadiance ShotLight::fromFile(const std::string& path)
     return std::move(found->light);
 }
 
+environment::DropRadiance ShotLight::keptFromViews(std::span<const environment::PlateView> views)
+{
+    KeptInMemory* const memory = keepsPanorama_ ? nullptr : KeptInMemory::ofThread();
+    if (memory == nullptr) return fromViews(views);
+    // Of a plate's own colours nothing is worth a file: the next run has another plate.
+    const std::string key = keptLightKey(views, options_, settings_);
+    const KeptFiles noFolder;
+    if (std::optional<KeptLight> found = loadLight(noFolder, key)) return std::move(found->light);
+    environment::DropRadiance light = fromViews(views);
+    storeLight(noFolder, key, {light, 0, 0, {}});
+    return light;
+}
+
 environment::DropRadiance ShotLight::fromViews(std::span<const environment::PlateView> views)
 {
+    ++counters().environments;
     environment::PlatePanoramaOptions options;
     options.skyRadiance = settings_.sky;
     std::vector<ImageF> repaired;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -8,6 +9,7 @@
 #include "core/KeptFiles.h"
 #include "environment/DropRadiance.h"
 #include "shot/LightKeyFrames.h"
+#include "shot/PicturesInMemory.h"
 #include "shot/Settings.h"
 
 namespace virga::shot {
@@ -24,8 +26,9 @@ public:
     /// Reads and prepares the panorama, if it is one. Throws Error(Input) naming the file.
     /// keepsPanorama  for panorama()
     /// kept           panoramas' light of earlier runs (KeptLight.h)
+    /// inMemory       holds the panorama if settings.env names one in it
     ShotLight(const Settings& settings, std::span<const environment::PlateView> views, bool keepsPanorama = false,
-              const KeptFiles& kept = {});
+              const KeptFiles& kept = {}, std::shared_ptr<const PicturesInMemory> inMemory = nullptr);
 
     ShotLight(const ShotLight&) = delete;
     ShotLight& operator=(const ShotLight&) = delete;
@@ -54,12 +57,14 @@ private:
     const environment::DropRadianceBaker& baker();
     environment::DropRadiance fromFile(const std::string& path);
     environment::DropRadiance fromViews(std::span<const environment::PlateView> views);
+    environment::DropRadiance keptFromViews(std::span<const environment::PlateView> views);
     void keep(environment::Panorama panorama);
 
     const Settings settings_;
     const environment::DropRadianceOptions options_;
     std::optional<environment::DropRadianceBaker> madeBaker_;  // when one is needed: that takes 0.1 s with lights
     const KeptFiles kept_;
+    const std::shared_ptr<const PicturesInMemory> inMemory_;
     glm::dmat3 environmentFromWorld_{1.0};
     std::optional<LightKeyFrames> keyFrames_;
     bool isEachFrame_ = false;

@@ -82,7 +82,7 @@ void ShotScene::make(unsigned parts, const PlateSamples& samples)
         rain = std::make_shared<const RainModel>(settings, first);
     if (plan.features.light() && !light) makeLight(samples.forLight);
     if (plan.features.lights && lamps.empty() && !settings.lights.empty()) lamps = readLights(settings.lights);
-    if (plan.features.depth && !depth) depth = std::make_shared<DepthSource>(settings, first.poseAtOpen);
+    if (plan.features.depth && !depth) depth = std::make_shared<DepthSource>(settings, first.poseAtOpen, shot.inMemory);
 }
 
 void ShotScene::makeTransfer(const std::vector<ImageF>& samples)
@@ -198,7 +198,7 @@ void ShotScene::makeLight(const std::vector<PlateSamples::Frame>& samples)
             numbers.push_back(sample.number);
         }
     }
-    light = std::make_shared<ShotLight>(settings, views, wanted_.panorama, kept_);
+    light = std::make_shared<ShotLight>(settings, views, wanted_.panorama, kept_, shot.inMemory);
     lightSource = !settings.env.empty() ? settings.env
                   : together
                       ? fmt::format("plate, frame{} {}", numbers.size() == 1 ? "" : "s", formatFrameRange(numbers))

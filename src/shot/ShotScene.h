@@ -13,6 +13,7 @@
 #include "shot/DepthSource.h"
 #include "shot/FramePlan.h"
 #include "shot/LightsFile.h"
+#include "shot/PicturesInMemory.h"
 #include "shot/PlateSamples.h"
 #include "shot/RainModel.h"
 #include "shot/Settings.h"
@@ -26,6 +27,7 @@ struct Shot {
     double fps = 24;
     FrameNumber firstFrame = 0;
     camera::Track track{};  ///< in our world; empty: --camera's file, or none
+    std::shared_ptr<const PicturesInMemory> inMemory{};  ///< where settings name pictures in it; else null
 };
 
 /// The camera of a shot without a track stands still at the origin; --ground gives its height and pitch.
