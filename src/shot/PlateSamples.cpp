@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "core/Error.h"
 #include "core/Log.h"
@@ -88,47 +87,52 @@ double medianOf(std::vector<double>& values)
 
 namespace {
 
-/// Places in the plate's list of frames.
-struct Places {
-    std::set<std::size_t> lit, graded, all;
-
-    Places(std::size_t frames, const Settings& settings, bool light)
-    {
-        const auto spread = [&](std::size_t count) {
-            std::set<std::size_t> places;
-            for (std::size_t i = 0; i < count; ++i)
-                places.insert(count == 1 ? frames / 2 : i * (frames - 1) / (count - 1));
-            return places;
-        };
-        if (light && settings.env.empty() && settings.envFrames > 0) lit = spread(std::size_t(settings.envFrames));
-        if (!settings.gradeFrom.empty()) graded = spread(3);
-        all = lit;
-        all.insert(graded.begin(), graded.end());
-    }
-};
+std::set<std::size_t> spreadOver(std::size_t frames, std::size_t count)
+{
+    std::set<std::size_t> places;
+    for (std::size_t i = 0; i < count; ++i) places.insert(count == 1 ? frames / 2 : i * (frames - 1) / (count - 1));
+    return places;
+}
 
 }  // namespace
+
+ImageF averagedForLight(ConstImageViewF plate) { return averagedDown(plate, lightColumns); }
+
+std::set<std::size_t> placesForLight(std::size_t frames, const Settings& settings)
+{
+    if (!settings.env.empty() || settings.envFrames <= 0) return {};
+    return spreadOver(frames, std::size_t(settings.envFrames));
+}
+
+std::set<std::size_t> placesForGrade(std::size_t frames, const Settings& settings)
+{
+    if (settings.gradeFrom.empty()) return {};
+    return spreadOver(frames, 3);
+}
 
 std::vector<FrameNumber> sampledFrames(const io::PlateInfo& plate, const Settings& settings)
 {
     std::vector<FrameNumber> frames;
-    for (const std::size_t place : Places(plate.frames.size(), settings, true).all)
-        frames.push_back(plate.frames[place]);
+    std::set<std::size_t> places = placesForLight(plate.frames.size(), settings);
+    places.merge(placesForGrade(plate.frames.size(), settings));
+    for (const std::size_t place : places) frames.push_back(plate.frames[place]);
     return frames;
 }
 
 PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light)
 {
     const std::vector<FrameNumber>& frames = reader.info().frames;
-    const Places places(frames.size(), settings, light);
+    const std::set<std::size_t> lit = light ? placesForLight(frames.size(), settings) : std::set<std::size_t>();
+    const std::set<std::size_t> graded = placesForGrade(frames.size(), settings);
+    std::set<std::size_t> all = lit;
+    all.insert(graded.begin(), graded.end());
     PlateSamples samples;
-    for (const std::size_t place : places.all) {
+    for (const std::size_t place : all) {
         try {
             std::optional<io::PlateFrame> frame = reader.read(frames[place]);
             if (!frame || !frame->repaired.empty()) continue;
-            if (places.lit.contains(place))
-                samples.forLight.push_back({frames[place], averagedDown(frame->pixels, lightColumns)});
-            if (places.graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
+            if (lit.contains(place)) samples.forLight.push_back({frames[place], averagedForLight(frame->pixels)});
+            if (graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
         } catch (const Error& error) {  // named again if it is to be rendered
             log::detail("left out of the plate's light and grade: {}", error.what());
         }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,13 @@ struct PlateSamples {
 /// Of one frame, for its own light: every so many rows, averaged along them, at most 480 columns. As good as all of
 /// them for light, which averages far more, and a fraction of the work.
 ImageF sampledForLight(const RowSource& plate);
+
+/// Of a frame that stands for others: averaged down as PlateSamples::forLight says.
+ImageF averagedForLight(ConstImageViewF plate);
+
+/// Which of so many frames in order stand for all of them: places from 0 on.
+std::set<std::size_t> placesForLight(std::size_t frames, const Settings& settings);
+std::set<std::size_t> placesForGrade(std::size_t frames, const Settings& settings);
 
 /// Reads what the settings ask for: light without `--env`, colour transfer. Frames that cannot be read are left out.
 PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light);
