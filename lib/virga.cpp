@@ -1,179 +1,59 @@
-// The C interface: converts pointers to views, text to settings, and exceptions to codes. No optics here.
+// The C interface: pointers checked, calls handed on, exceptions made codes. No optics here, and no pixels.
 #include "virga/virga.h"
 
-#include <fmt/format.h>
-
-#include <cmath>
+#include <algorithm>
 #include <cstring>
 #include <memory>
-#include <mutex>
-#include <new>
-#include <optional>
-#include <string>
-#include <variant>
-#include <vector>
 
+#include "Errors.h"
+#include "Shot.h"
+#include "Table.h"
+#include "core/Counters.h"
 #include "core/Error.h"
 #include "core/Log.h"
-#include "shot/Compositor.h"
 #include "shot/Parameters.h"
-#include "shot/RenderQueue.h"
+#include "shot/SettingsText.h"
 
 using namespace virga;
+using lib::needs;
 
 struct virga_shot {
-    std::mutex turn;
-    shot::Settings settings;
-    shot::Shot shot;
-    std::string device = "auto";
-    shot::PlateSamples plateSamples;
-    bool wantsLayers = false;
-    std::string text;  // what virga_shot_get last gave out
-
-    std::shared_ptr<shot::RenderQueue> queue = shot::RenderQueue::ofProcess();
-    std::optional<shot::Compositor> compositor;  // lives on the queue's thread; empty when settings have changed
-
-    ~virga_shot() { forgetCompositor(); }
-    void forgetCompositor()
-    {
-        if (compositor) queue->run([this] { compositor.reset(); });
-    }
+    std::shared_ptr<lib::Shot> shot;
 };
 
 namespace {
 
-constexpr int mostPixels = 16384;  // a side: what OpenGL 4.5 promises for textures
-thread_local std::string lastSentence;
-
-/// Runs `body`; what it throws becomes a code and the thread's sentence.
+/// Runs body(shot) for a caller's shot; calls that are under way when it is released end well.
 template <class Body>
-virga_error guarded(const Body& body) noexcept
+virga_error onShot(virga_shot* given, const Body& body) noexcept
 {
-    const auto failed = [](ErrorCode code, const char* sentence) {
-        try {
-            lastSentence = sentence;
-        } catch (const std::bad_alloc&) {
-            lastSentence.clear();
-        }
-        return virga_error(exitCode(code));
-    };
-    try {
-        // Hosts have their own place for messages; standard error is not a library's.
-        log::setLevel(log::Level::Quiet);
-        body();
-        return VIRGA_OK;
-    } catch (const Error& error) {
-        return failed(error.code(), error.what());
-    } catch (const std::bad_alloc&) {
-        return failed(ErrorCode::Internal, "out of memory");
-    } catch (const std::exception& error) {
-        return failed(ErrorCode::Internal, error.what());
-    } catch (...) {
-        return failed(ErrorCode::Internal, "unknown error");
-    }
+    if (given == nullptr) return lib::guarded(nullptr, [] { needs(nullptr, "shot"); });
+    const std::shared_ptr<lib::Shot> shot = given->shot;
+    return lib::guarded(&shot->failure(), [&] { body(*shot); });
 }
 
-template <class Pointer>
-void needs(const Pointer* pointer, const char* name)
+/// As many of them as there is room for.
+template <class From, class To>
+void giveOut(const From& from, To* to, size_t capacity, size_t* count)
 {
-    if (pointer == nullptr) throw Error(ErrorCode::InvalidArgument, "{}: must not be NULL", name);
-}
-
-/// Rows of RGBA floats that the caller owns. The stride may be negative, and bytes need not be a multiple of a pixel.
-template <class Float>
-class Rows {
-public:
-    Rows(Float* top, ptrdiff_t stride, const shot::Shot& shot, const char* name)
-        : top_(reinterpret_cast<Byte*>(top)), packed_(ptrdiff_t(shot.width) * ptrdiff_t(4 * sizeof(float))),
-          stride_(stride != 0 ? stride : packed_)
-    {
-        needs(top, name);
-        if (std::abs(stride_) < packed_)
-            throw Error(ErrorCode::InvalidArgument, "{}: a stride of {} bytes is under a row of {} pixels, {} bytes",
-                        name, stride, shot.width, packed_);
-    }
-    auto* row(int y) const { return top_ + y * stride_; }
-    std::size_t rowBytes() const { return std::size_t(packed_); }
-
-private:
-    using Byte = std::conditional_t<std::is_const_v<Float>, const std::byte, std::byte>;
-    Byte* top_;
-    ptrdiff_t packed_, stride_;
-};
-
-ImageF copyIn(const Rows<const float>& from, const shot::Shot& shot)
-{
-    ImageF image(shot.width, shot.height, 4);
-    for (int y = 0; y < shot.height; ++y) std::memcpy(image.row(y), from.row(y), from.rowBytes());
-    return image;
-}
-
-void copyOut(const ImageF& image, const Rows<float>& to)
-{
-    for (int y = 0; y < image.height(); ++y) std::memcpy(to.row(y), image.row(y), to.rowBytes());
-}
-
-virga_type typeOf(const shot::Parameter& p)
-{
-    // In the order of Parameter::member's alternatives.
-    constexpr virga_type types[] = {VIRGA_NUMBER, VIRGA_NUMBER_OR_AUTO, VIRGA_WHOLE_NUMBER, VIRGA_SWITCH,
-                                    VIRGA_TEXT,   VIRGA_TWO_NUMBERS,    VIRGA_COLOR_OR_AUTO};
-    static_assert(std::size(types) == std::variant_size_v<decltype(p.member)>);
-    return types[p.member.index()];
-}
-
-/// The parameter table with C's types, made once.
-struct Table {
-    std::vector<std::string> defaults;
-    std::vector<virga_parameter> rows;
-
-    Table()
-    {
-        const shot::Settings settings;
-        const auto parameters = shot::parameters();
-        for (const shot::Parameter& p : parameters) defaults.push_back(shot::toText(settings, p));
-        for (std::size_t i = 0; i < parameters.size(); ++i) {
-            const shot::Parameter& p = parameters[i];
-            rows.push_back(
-                {p.name, p.group, p.unit, typeOf(p), p.least, p.most, defaults[i].c_str(), p.choices, p.help});
-        }
-    }
-};
-const Table& table()
-{
-    static const Table made;
-    return made;
-}
-
-/// On the shot's thread: a compositor for the settings as they are now.
-void makeCompositor(virga_shot& s)
-{
-    if (!s.settings.gradeFrom.empty() && s.settings.gradeAmount > 0 && s.plateSamples.forGrade.empty())
-        throw Error(ErrorCode::InvalidArgument,
-                    "grade-from '{}': needs frames of the plate to compare with "
-                    "(virga_shot_add_plate_sample)",
-                    s.settings.gradeFrom);
-    shot::Shot shot = s.shot;
-    shot.fps = s.settings.fps.value_or(shot.fps);
-    shot.firstFrame = FrameNumber(s.settings.firstFrame.value_or(0));
-    shot::CompositorOptions options;
-    options.wanted.layers = s.wantsLayers;
-    options.device = s.device;
-    s.compositor.emplace(s.settings, shot, options, s.plateSamples);
-}
-
-ImageF rainLayer(std::vector<io::Layer>& layers, const shot::Shot& shot)
-{
-    for (io::Layer& layer : layers)
-        if (layer.name == "rain" && layer.channels.size() == 4) return std::move(layer.pixels);
-    return ImageF(shot.width, shot.height, 4);  // no rain: empty
+    *count = from.size();
+    std::copy_n(from.begin(), std::min(capacity, from.size()), to);
 }
 
 }  // namespace
 
 extern "C" {
 
-const char* virga_error_sentence(void) { return lastSentence.c_str(); }
+const char* virga_error_sentence(void) { return lib::failureOfThread().sentence.c_str(); }
+
+virga_error virga_shot_error(virga_shot* shot, const char** sentence)
+{
+    if (shot != nullptr) return shot->shot->failure().take(sentence);
+    thread_local lib::Failure given;
+    given = std::exchange(lib::failureOfThread(), {});
+    if (sentence != nullptr) *sentence = given.sentence.c_str();
+    return given.code;
+}
 
 const char* virga_version(void) { return VIRGA_VERSION; }
 
@@ -182,107 +62,185 @@ size_t virga_parameter_count(void) { return shot::parameters().size(); }
 const virga_parameter* virga_parameter_at(size_t index)
 {
     const virga_parameter* row = nullptr;
-    guarded([&] {
-        if (index < table().rows.size()) row = &table().rows[index];
+    lib::guarded(nullptr, [&] {
+        const auto rows = lib::table();
+        if (index < rows.size()) row = &rows[index];
     });
     return row;
 }
 
 virga_error virga_shot_create(int width, int height, double frames_per_second, virga_shot** shot)
 {
-    return guarded([&] {
+    return lib::guarded(nullptr, [&] {
         needs(shot, "shot");
         *shot = nullptr;
-        if (width < 1 || height < 1 || width > mostPixels || height > mostPixels)
-            throw Error(ErrorCode::InvalidArgument, "a picture of {} x {}: each side must be 1 to {} pixels", width,
-                        height, mostPixels);
-        if (!(frames_per_second > 0) || std::isinf(frames_per_second))
-            throw Error(ErrorCode::InvalidArgument, "{} frames a second: must be over 0", frames_per_second);
+        // Hosts have their own place for messages; standard error is not a library's.
+        log::setLevel(log::Level::Quiet);
         auto made = std::make_unique<virga_shot>();
-        made->shot = {width, height, frames_per_second, 0};
+        made->shot = std::make_shared<lib::Shot>(width, height, frames_per_second);
         *shot = made.release();
     });
 }
 
 void virga_shot_release(virga_shot* shot)
 {
-    guarded([&] { delete shot; });
+    if (shot == nullptr) return;
+    lib::guarded(nullptr, [&] {
+        shot->shot->cancel();
+        delete shot;
+    });
 }
 
 virga_error virga_shot_set(virga_shot* shot, const char* name, const char* text)
 {
-    return guarded([&] {
-        needs(shot, "shot"), needs(name, "name"), needs(text, "text");
-        const std::lock_guard turn(shot->turn);
-        shot::setFromText(shot->settings, shot::findParameter(name), text);
-        shot->forgetCompositor();
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(name, "name"), needs(text, "text");
+        s.change([&](shot::Settings& settings) { shot::setFromText(settings, shot::findParameter(name), text); });
+    });
+}
+
+virga_error virga_shot_set_numbers(virga_shot* shot, const char* name, const double* values, size_t count)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(name, "name");
+        if (count > 0) needs(values, "values");
+        s.change([&](shot::Settings& settings) {
+            lib::setFromNumbers(settings, shot::findParameter(name), {values, count});
+        });
+    });
+}
+
+virga_error virga_shot_set_document(virga_shot* shot, const char* text)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(text, "text");
+        s.change([&](shot::Settings& settings) { shot::applySettingsText(settings, text, "settings"); });
     });
 }
 
 virga_error virga_shot_get(virga_shot* shot, const char* name, const char** text)
 {
-    return guarded([&] {
-        needs(shot, "shot"), needs(name, "name"), needs(text, "text");
-        const std::lock_guard turn(shot->turn);
-        shot->text = shot::toText(shot->settings, shot::findParameter(name));
-        *text = shot->text.c_str();
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(name, "name"), needs(text, "text");
+        *text = s.keep(lib::Shot::Text::Value, shot::toText(s.settings(), shot::findParameter(name)));
+    });
+}
+
+virga_error virga_shot_get_numbers(virga_shot* shot, const char* name, double* values, size_t capacity, size_t* count)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(name, "name"), needs(count, "count");
+        if (capacity > 0) needs(values, "values");
+        giveOut(lib::numbersOf(s.settings(), shot::findParameter(name)), values, capacity, count);
+    });
+}
+
+virga_error virga_shot_get_document(virga_shot* shot, virga_document kind, const char** text)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(text, "text");
+        if (kind != VIRGA_TOML && kind != VIRGA_JSON)
+            throw Error(ErrorCode::InvalidArgument, "kind is {}; must be one of virga_document", int(kind));
+        const shot::Settings settings = s.settings();
+        *text = s.keep(lib::Shot::Text::Document,
+                       kind == VIRGA_JSON ? shot::settingsAsJson(settings) : shot::settingsAsToml(settings));
     });
 }
 
 virga_error virga_shot_set_device(virga_shot* shot, const char* device)
 {
-    return guarded([&] {
-        needs(shot, "shot"), needs(device, "device");
-        const std::lock_guard turn(shot->turn);
-        shot->device = device;
-        shot->forgetCompositor();
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(device, "device");
+        s.setDevice(device);
     });
 }
 
-virga_error virga_shot_add_plate_sample(virga_shot* shot, const float* plate, ptrdiff_t plate_stride)
+virga_error virga_shot_device(virga_shot* shot, const char** text)
 {
-    return guarded([&] {
-        needs(shot, "shot");
-        const std::lock_guard turn(shot->turn);
-        shot->plateSamples.forGrade.push_back(copyIn({plate, plate_stride, shot->shot, "plate"}, shot->shot));
-        shot->forgetCompositor();
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(text, "text");
+        *text = s.keep(lib::Shot::Text::Device, s.device());
     });
+}
+
+virga_error virga_shot_add_plate_sample(virga_shot* shot, int64_t frame, const virga_picture* plate)
+{
+    return onShot(shot, [&](lib::Shot& s) { s.addSample(frame, plate); });
+}
+
+virga_error virga_shot_clear_plate_samples(virga_shot* shot)
+{
+    return onShot(shot, [](lib::Shot& s) { s.clearSamples(); });
+}
+
+virga_error virga_shot_samples_wanted(virga_shot* shot, int64_t first, int64_t last, int64_t* frames, size_t capacity,
+                                      size_t* count)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(count, "count");
+        if (capacity > 0) needs(frames, "frames");
+        giveOut(s.samplesWanted(first, last), frames, capacity, count);
+    });
+}
+
+virga_error virga_shot_set_environment(virga_shot* shot, const virga_picture* panorama)
+{
+    return onShot(shot, [&](lib::Shot& s) { s.setEnvironment(panorama); });
 }
 
 virga_error virga_shot_is_identity(virga_shot* shot, int* is_identity)
 {
-    return guarded([&] {
-        needs(shot, "shot"), needs(is_identity, "is_identity");
-        const std::lock_guard turn(shot->turn);
-        *is_identity = shot::planFrame(shot->settings, {}, false).isPassThrough();
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(is_identity, "is_identity");
+        *is_identity = s.isIdentity() ? 1 : 0;
     });
 }
 
-virga_error virga_shot_render(virga_shot* shot, int64_t frame, const float* plate, ptrdiff_t plate_stride,
-                              float* beauty, ptrdiff_t beauty_stride, float* rain, ptrdiff_t rain_stride)
+virga_error virga_shot_frame_size(virga_shot* shot, double scale, int* width, int* height)
 {
-    return guarded([&] {
-        needs(shot, "shot");
-        const Rows<const float> in(plate, plate_stride, shot->shot, "plate");
-        const Rows<float> out(beauty, beauty_stride, shot->shot, "beauty");
-        std::optional<Rows<float>> layer;
-        if (rain != nullptr) layer.emplace(rain, rain_stride, shot->shot, "rain");
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(width, "width"), needs(height, "height");
+        const Window frame = s.frameAt(scale);
+        *width = frame.width;
+        *height = frame.height;
+    });
+}
 
-        const std::lock_guard turn(shot->turn);
-        if (layer && !shot->wantsLayers) {  // once asked for, kept: hosts ask for the same again
-            shot->forgetCompositor();
-            shot->wantsLayers = true;
-        }
-        io::RenderedFrame rendered;
-        shot->queue->run([&] {
-            if (!shot->compositor) makeCompositor(*shot);
-            io::PlateFrame source;
-            source.number = frame;
-            source.pixels = copyIn(in, shot->shot);
-            rendered = shot->compositor->render(std::move(source));
-        });
-        copyOut(rendered.beauty, out);
-        if (layer) copyOut(rainLayer(rendered.layers, shot->shot), *layer);
+virga_error virga_shot_plate_needed(virga_shot* shot, const virga_request* request, virga_window* plate)
+{
+    return onShot(shot, [&](lib::Shot& s) {
+        needs(plate, "plate");
+        const Window needed = s.plateNeeded(request);
+        *plate = {needed.x, needed.y, needed.width, needed.height};
+    });
+}
+
+virga_error virga_shot_render(virga_shot* shot, const virga_request* request)
+{
+    return onShot(shot, [&](lib::Shot& s) { s.render(request); });
+}
+
+virga_error virga_shot_cancel(virga_shot* shot)
+{
+    return onShot(shot, [](lib::Shot& s) { s.cancel(); });
+}
+
+virga_error virga_counter(const char* name, uint64_t* value)
+{
+    return lib::guarded(nullptr, [&] {
+        needs(name, "name"), needs(value, "value");
+        const Counters& all = counters();
+        const std::pair<const char*, const std::atomic<std::uint64_t>&> named[] = {{"frames", all.frames},
+                                                                                   {"contexts", all.contexts},
+                                                                                   {"programs", all.programs},
+                                                                                   {"environments", all.environments}};
+        for (const auto& [word, count] : named)
+            if (std::strcmp(name, word) == 0) {
+                *value = count;
+                return;
+            }
+        throw Error(ErrorCode::InvalidArgument,
+                    "no counter is called '{}': must be frames, contexts, programs or environments", name);
     });
 }
 
