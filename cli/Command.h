@@ -34,6 +34,7 @@ Runner addExtractCommand(CLI::App& app, CLI::App*& command);
 Runner addEnvCommand(CLI::App& app, CLI::App*& command);
 Runner addModelCommand(CLI::App& app, CLI::App*& command);
 Runner addBenchCommand(CLI::App& app, CLI::App*& command);
+Runner addServeCommand(CLI::App& app, CLI::App*& command);
 Runner addInfoCommand(CLI::App& app, CLI::App*& command);
 
 }  // namespace virga::cli

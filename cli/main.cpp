@@ -20,9 +20,9 @@ namespace {
 using namespace virga;
 
 /// Every command, in the order of the help page.
-constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {cli::addRainCommand,  cli::addExtractCommand,
-                                                                  cli::addEnvCommand,   cli::addModelCommand,
-                                                                  cli::addBenchCommand, cli::addInfoCommand};
+constexpr cli::Runner (*commandTable[])(CLI::App&, CLI::App*&) = {
+    cli::addRainCommand,  cli::addExtractCommand, cli::addEnvCommand, cli::addModelCommand,
+    cli::addServeCommand, cli::addBenchCommand,   cli::addInfoCommand};
 
 std::vector<std::string> subcommandNames(const CLI::App& command)
 {

@@ -3,10 +3,25 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+
 #include "core/Words.h"
 
 namespace virga::log {
 namespace {
+
+std::atomic<bool> writesJson = false;
+
+/// Text of one line between quotes of JSON; what is no ASCII stays as it is.
+std::string quoted(std::string_view text)
+{
+    std::string result = "\"";
+    for (const char c : onOneLine(text)) {
+        if (c == '"' || c == '\\') result += '\\';
+        result += c;
+    }
+    return result + '"';
+}
 
 spdlog::logger& logger()
 {
@@ -18,6 +33,16 @@ spdlog::logger& logger()
     return *instance;
 }
 
+/// before: what marks the line for people.
+void write(spdlog::level::level_enum level, const char* before, std::string_view sentence,
+           std::initializer_list<std::pair<std::string_view, std::string>> fields)
+{
+    if (!writesJson) return logger().log(level, "{}{}", before, onOneLine(sentence));
+    std::string text = "\"sentence\": " + quoted(sentence);
+    for (const auto& [name, value] : fields) text += ", " + quoted(name) + ": " + quoted(value);
+    logger().log(level, "{}", text);
+}
+
 }  // namespace
 
 void setLevel(Level level)
@@ -27,8 +52,20 @@ void setLevel(Level level)
                                                 : spdlog::level::debug);
 }
 
-void writeInfo(std::string_view sentence) { logger().info("{}", onOneLine(sentence)); }
-void writeDetail(std::string_view sentence) { logger().debug("{}", onOneLine(sentence)); }
-void writeWarning(std::string_view sentence) { logger().warn("warning: {}", onOneLine(sentence)); }
+void useJsonLines()
+{
+    writesJson = true;
+    logger().set_pattern(R"({"time": "%Y-%m-%dT%H:%M:%S.%e%z", "level": "%l", %v})");
+}
+
+void writeInfo(std::string_view sentence) { write(spdlog::level::info, "", sentence, {}); }
+void writeDetail(std::string_view sentence) { write(spdlog::level::debug, "", sentence, {}); }
+void writeWarning(std::string_view sentence) { write(spdlog::level::warn, "warning: ", sentence, {}); }
+
+void writeFields(Level level, std::string_view sentence,
+                 std::initializer_list<std::pair<std::string_view, std::string>> fields)
+{
+    write(level == Level::Verbose ? spdlog::level::debug : spdlog::level::info, "", sentence, fields);
+}
 
 }  // namespace virga::log

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <initializer_list>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -11,10 +13,15 @@ namespace virga::log {
 enum class Level { Quiet, Normal, Verbose };
 
 void setLevel(Level level);
+/// From here on each line is a JSON object with time, level and sentence, for whoever collects logs.
+void useJsonLines();
 
 void writeInfo(std::string_view sentence);     ///< Normal and Verbose
 void writeDetail(std::string_view sentence);   ///< Verbose alone
 void writeWarning(std::string_view sentence);  ///< all but Quiet; something was repaired, guessed or left out
+/// A sentence (Normal and above: writeInfo; Verbose: writeDetail) with fields, which JSON lines have beside it.
+void writeFields(Level level, std::string_view sentence,
+                 std::initializer_list<std::pair<std::string_view, std::string>> fields);
 
 template <class... Args>
 void info(fmt::format_string<Args...> format, Args&&... args)

@@ -26,6 +26,7 @@ LIBRARIES = {
     "OpenColorIO": (r"OpenColorIO/", {"io"}, set()),
     "OpenCV": (r"opencv2?/", {"matte", "grade", "environment", "io"}, set()),
     "OpenGL": (r"epoxy/|GL/|EGL/|GLES\d/", {"gl", "passes", "shot"}, {"gl", "passes", "shot"}),
+    "cpp-httplib": (r"httplib\.h", {"server"}, set()),
     "oneTBB": (r"tbb/|oneapi/", {"core"}, set()),
 }
 
