@@ -9,132 +9,25 @@
 #include "core/Parallel.h"
 #include "core/Simd.h"
 #include "matte/PixelRows.h"
+#include "matte/StrokeHue.h"
+#include "matte/StrokeResidual.h"
 
 namespace virga::matte {
 namespace {
 
 constexpr double wetLimit = 6.0;      // [sigma of the channels' mean] for the sample between a pair
 constexpr double strongLimit = 12.0;  // for a sample whose colour is asked
-constexpr double dryLimit = 2.0;      // of the channels' mean, for a sample that says what is behind
 constexpr int fewestStrong = 200;
-constexpr float leastTrust = 0.5f;
-constexpr std::size_t enoughPixels = 2'500'000, fewestFrames = 6;  // that pairs are looked for in
 constexpr int firstLag = 2, lags = 2;  // steps along the rain from one of a pair to the other
 constexpr double lamp = 4.0;           // times the guess of C
 constexpr std::size_t contrastStride = 3;
 constexpr double leastContrast = 0.1;  // of the typical |C - S|, where the limit for wet samples ends to fall
+constexpr double contradiction = 3.0;  // standard errors between two kinds of evidence
 constexpr int rounds = 3;              // of weighing the channels by how sure they are
 
 using Channels = std::array<double, 3>;
 
-/// Adds the values that are dry, `mask` 1 or 0.
-VIRGA_SIMD void addMasked(const float* __restrict values, const float* __restrict mask, int count, float* __restrict to)
-{
-    for (int i = 0; i < count; ++i) to[i] += mask[i] * values[i];
-}
-
-VIRGA_SIMD void markDry(const float* __restrict mean, const float* __restrict trusted, float limit, int count,
-                        float* __restrict to)
-{
-    for (int i = 0; i < count; ++i) to[i] = (std::abs(mean[i]) <= limit) & (trusted[i] > leastTrust) ? 1.0f : 0.0f;
-}
-
-VIRGA_SIMD void markWet(const float* __restrict mean, const float* __restrict trusted, const float* __restrict limits,
-                        int count, char* __restrict to)
-{
-    for (int i = 0; i < count; ++i) to[i] = char((std::abs(mean[i]) > limits[i]) & (trusted[i] > leastTrust));
-}
-
-/// The scene as the dry samples of all other frames have it. A scene that knows a frame's own rain is a little brighter
-/// where that is, which looks like rain that does less over bright ground, and so like a brighter C. Its frames, from 0
-/// on, are some of the footage's, evenly spread.
-class Residual {
-public:
-    Residual(const Footage& footage, const ImageF& scene, double sigma, double brightest)
-        : width(scene.width()), height(scene.height()), channels(scene.channels()), footage_(footage), scene_(scene),
-          sums_(width, height, channels), counts_(width, height, 1), limit_(float(dryLimit * sigma)),
-          brightest_(float(brightest))
-    {
-        const std::size_t all = footage.frames.size(), pixels = counts_.size();
-        const std::size_t count = std::min(all, std::max(fewestFrames, enoughPixels / pixels));
-        for (std::size_t n = 0; n < count; ++n) {
-            which_.push_back((2 * n + 1) * all / (2 * count));
-            means_.emplace_back(width, height, 1);
-        }
-        parallelFor(0, height, 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
-            const std::vector<float> ones(std::size_t(width), 1.0f);
-            std::vector<float> mean(ones), dry(ones), dryValues(std::size_t(width * channels));
-            for (int y = int(first); y < int(last); ++y)
-                for (std::size_t k = 0, n = 0; k < all; ++k) {
-                    const bool isOurs = n < count && which_[n] == k;
-                    float* means = isOurs ? means_[n++].row(y) : mean.data();
-                    meanDifference(footage.frames[k].row(y), scene.row(y), channels, std::size_t(width), means);
-                    markDry(means, footage.trust.empty() ? ones.data() : footage.trust[k].row(y), limit_, width,
-                            dry.data());
-                    repeatRow(dry.data(), width, channels, dryValues.data());
-                    addMasked(footage.frames[k].row(y), dryValues.data(), width * channels, sums_.row(y));
-                    addMasked(ones.data(), dry.data(), width, counts_.row(y));
-                }
-        });
-    }
-
-    const int width, height, channels;
-
-    /// Of so many frames is the scene here the mean.
-    double samples(std::size_t n, std::size_t i) const { return counts_.data()[i] - (isDry(n, i) ? 1.0f : 0.0f); }
-    double surface(std::size_t n, std::size_t i, int j) const
-    {
-        const bool isIn = isDry(n, i);
-        const double count = counts_.data()[i] - (isIn ? 1.0f : 0.0f);
-        if (count < 1.0) return scene_.data()[at(i, j)];
-        return (double(sums_.data()[at(i, j)]) - (isIn ? value(n, i, j) : 0.0)) / count;
-    }
-    double off(std::size_t n, std::size_t i, int j) const { return value(n, i, j) - surface(n, i, j); }
-    /// Of the channels; against the scene as it was solved.
-    const ImageF& mean(std::size_t n) const { return means_[n]; }
-    /// Where it is trusted and beyond `limits`.
-    Image<char> wet(std::size_t n, const ImageF& limits) const
-    {
-        Image<char> wet(width, height, 1);
-        const std::vector<float> ones(std::size_t(width), 1.0f);
-        for (int y = 0; y < height; ++y)
-            markWet(means_[n].row(y), footage_.trust.empty() ? ones.data() : footage_.trust[which_[n]].row(y),
-                    limits.row(y), width, wet.row(y));
-        return wet;
-    }
-    /// Not so a lamp: between it and what is beside it the scene is so steep that nothing else would have a say.
-    bool isTrusted(std::size_t n, std::size_t i) const
-    {
-        return footage_.trusted(which_[n], i) > leastTrust && scene_.data()[at(i, 0)] <= brightest_;
-    }
-    std::size_t frames() const { return which_.size(); }
-
-private:
-    std::size_t at(std::size_t i, int j) const { return i * std::size_t(channels) + std::size_t(j); }
-    double value(std::size_t n, std::size_t i, int j) const
-    {
-        return double(footage_.frames[which_[n]].data()[at(i, j)]);
-    }
-    bool isDry(std::size_t n, std::size_t i) const
-    {
-        return isTrusted(n, i) && std::abs(means_[n].data()[i]) <= limit_;
-    }
-
-    const Footage& footage_;
-    const ImageF& scene_;
-    ImageF sums_, counts_;
-    std::vector<std::size_t> which_;
-    std::vector<ImageF> means_;
-    float limit_, brightest_;
-};
-
-/// C = offset + slope * (mean of C), channel by channel.
-struct ChannelLinks {
-    Channels offset{}, slope{};
-    int samples = 0;
-};
-
-ChannelLinks linkChannels(const Residual& residual, double limit)
+ChannelLinks linkChannels(const StrokeResidual& residual, double limit)
 {
     ChannelLinks links;
     double meanSum = 0.0;
@@ -191,8 +84,8 @@ VIRGA_SIMD void keepBoth(const char* __restrict other, int count, char* __restri
 
 /// Of the pairs of pixels `lag` steps apart along the rain that lie within a stroke: wet between and a step beyond
 /// either. What decides is not the pair itself, whose noise would then have a say in which pairs there are.
-void addPairs(const Residual& residual, const Image<char>& wet, std::size_t k, double slant, int lag, double variance,
-              std::vector<Moments>& to)
+void addPairs(const StrokeResidual& residual, const Image<char>& wet, std::size_t k, double slant, int lag,
+              double variance, std::vector<Moments>& to)
 {
     // A pixel further along the steeper axis with each step, so that no two of them are the same.
     const double s = std::sin(slant), c = std::cos(slant), steepest = std::max(std::abs(s), std::abs(c));
@@ -234,9 +127,8 @@ void addPairs(const Residual& residual, const Image<char>& wet, std::size_t k, d
     }
 }
 
-/// The mean of C's channels from the columns' moments, and its standard error; columns are independent, what is within
-/// one is not, and the lags look at the same rain.
-bool colorFrom(std::span<const Moments> columns, const ChannelLinks& links, int channels, double& mean, double& error)
+/// From the columns' moments; columns are independent, what is within one is not, and the lags look at the same rain.
+ColorEvidence colorFromPairs(std::span<const Moments> columns, const ChannelLinks& links, int channels, double mean)
 {
     Moments all;
     for (const Moments& column : columns)
@@ -244,6 +136,7 @@ bool colorFrom(std::span<const Moments> columns, const ChannelLinks& links, int 
             all.numerator[j] += column.numerator[j];
             all.denominator[j] += column.denominator[j];
         }
+    double error = 0.0;
     for (int round = 0; round < rounds; ++round) {
         double sum = 0.0, weights = 0.0;
         for (std::size_t j = 0; j < std::size_t(channels); ++j) {
@@ -258,11 +151,21 @@ bool colorFrom(std::span<const Moments> columns, const ChannelLinks& links, int 
             sum += lever * (all.numerator[j] - links.offset[j] * all.denominator[j]) / variance;
             weights += lever * lever / variance;
         }
-        if (!(weights > 0.0)) return false;
+        if (!(weights > 0.0)) return {};
         mean = sum / weights;
         error = 1.0 / std::sqrt(weights);
     }
-    return std::isfinite(mean) && std::isfinite(error);
+    return {mean, error, std::isfinite(mean) && std::isfinite(error)};
+}
+
+/// Both, weighted by how sure they are, unless they contradict each other: then the footage's hues are not its own.
+ColorEvidence together(const ColorEvidence& pairs, const ColorEvidence& hue)
+{
+    if (!pairs.found || !hue.found) return pairs.found ? pairs : hue;
+    if (std::abs(pairs.mean - hue.mean) > contradiction * std::hypot(pairs.error, hue.error)) return pairs;
+    if (!(hue.error > 0.0)) return hue;
+    const double a = 1.0 / (pairs.error * pairs.error), b = 1.0 / (hue.error * hue.error);
+    return {(a * pairs.mean + b * hue.mean) / (a + b), 1.0 / std::sqrt(a + b), true};
 }
 
 }  // namespace
@@ -272,7 +175,7 @@ RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, d
 {
     RainColor result;
     const double meanSigma = std::max(sigma, std::numeric_limits<double>::min()) / std::sqrt(double(scene.channels()));
-    const Residual residual(footage, scene, meanSigma, lamp * std::abs(guess));
+    const StrokeResidual residual(footage, scene, meanSigma, lamp * std::abs(guess));
     const ChannelLinks links = linkChannels(residual, strongLimit * meanSigma);
     if (links.samples < fewestStrong) return result;
 
@@ -292,7 +195,11 @@ RainColor rainColor(const Footage& footage, const ImageF& scene, double slant, d
         });
         std::vector<Moments> all;
         for (const auto& some : columns) all.insert(all.end(), some.begin(), some.end());
-        if (!colorFrom(all, links, residual.channels, mean, error)) return result;
+        const ColorEvidence found = together(colorFromPairs(all, links, residual.channels, mean),
+                                             colorFromHue(residual, links, limits, slant, sigma));
+        if (!found.found) return result;
+        mean = found.mean;
+        error = found.error;
     }
     Channels color{};
     for (std::size_t j = 0; j < color.size(); ++j) color[j] = links.offset[j] + links.slope[j] * mean;

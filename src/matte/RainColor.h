@@ -19,11 +19,12 @@ struct RainColor {
 /// linear in C. (An instrument, as in statistics: a fit of r against S would take noise for slope.) Pairs are 1 and 2
 /// pixels along the rain; which of them are wet is asked of the sample between, whose noise is its own. What one
 /// channel is to the mean of all comes from the strong samples' own colours, so that a single number is left to find.
-/// Solved in turn with the scene: within 0.035 on 20 frames of 96 x 96 with a noise of 2/255 and a C of 0.8
-/// (tests/extract). Most of that is the scene's own bias, which `error` knows nothing of. On rain that was added to
-/// footage, which has no C, the result lies beyond white: ask that and `error` before it is used.
-/// Pairs are looked for in so many frames as have 2.5 million pixels, at least 6, evenly spread; the scene that they
-/// are held against is the mean of what is dry in all.
+/// Where the scene has hues, and the footage keeps them in its strokes, these say far more (StrokeHue.h); both count by
+/// how sure they are, and pairs alone where the two contradict each other. Solved in turn with the scene: within 0.035
+/// on 20 frames of 96 x 96 with a noise of 2/255 and a C of 0.8 (tests/extract). Most of that is the scene's own bias,
+/// which `error` knows nothing of. On rain that was added to footage, which has no C, the result lies beyond white: ask
+/// that and `error` before it is used. Pairs are looked for in so many frames as have 2.5 million pixels, at least 6,
+/// evenly spread; the scene that they are held against is the mean of what is dry in all.
 ///
 ///   scene       S, solved
 ///   slant       as in RainTerms

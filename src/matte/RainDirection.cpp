@@ -11,12 +11,12 @@
 namespace virga::matte {
 namespace {
 
-// Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, the 5-tap pair, each convolved twice
-// with [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out, and with it the stairs that
-// strokes narrower than a pixel are drawn in, which look upright.
+// Farid & Simoncelli, "Differentiation of discrete multidimensional signals", 2004, the 5-tap pair, each convolved
+// twice with [1 2 1] / 4: the finest detail, where no short filter is a derivative, is left out, and with it the stairs
+// that strokes narrower than a pixel are drawn in, which look upright.
 constexpr int reach = 4;
 constexpr std::array<float, 5> smooth = {0.2891745f, 0.2250129f, 0.1030588f, 0.0249868f,
-                                         0.0023537f};  // middle and outwards
+                                         0.0023537f};                                            // middle and outwards
 constexpr std::array<float, 5> change = {0.0f, 0.1138670f, 0.1102743f, 0.0446942f, 0.0068503f};  // the right half; odd
 
 constexpr int bins = 720;                                  // of the gradient's direction, half a circle
@@ -78,7 +78,7 @@ VIRGA_SIMD void filterAcross(const float* __restrict smoothed, const float* __re
     }
 }
 
-/// Structure tensors of all gradients of a picture, sorted by direction.
+/// Structure tensors of all gradients of a picture over their lengths, sorted by direction.
 Directions gradients(const ImageF& alpha)
 {
     Directions sorted{};
@@ -96,7 +96,8 @@ Directions gradients(const ImageF& alpha)
             if (across == 0.0 && down == 0.0) continue;
             // Half a circle on is where it began; what is not finite makes the sum so, in whichever bin.
             const std::size_t bin = place[x] >= 0.0f && place[x] < float(bins) ? std::size_t(place[x]) : 0;
-            sorted[bin].add({across * across, across * down, down * down}, 1.0);
+            // By its length, not by its square: see the header.
+            sorted[bin].add({across * across, across * down, down * down}, 1.0 / std::hypot(across, down));
         }
     }
     return sorted;

@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "matte/DrawnRain.h"
 #include "matte/Pictures.h"
@@ -89,6 +92,68 @@ TEST(RainColor, AsksWhatIsTrusted)
     ASSERT_TRUE(found.found);
     EXPECT_NEAR((found.color[0] + found.color[1] + found.color[2]) / 3, 0.8, 3 * found.error);
     EXPECT_LT(found.error, 0.05);
+}
+
+double offFrom(const matte::RainColor& found, double mean)
+{
+    return (found.color[0] + found.color[1] + found.color[2]) / 3 - mean;
+}
+
+// What is behind the strokes shows through them with its hue, and the less of it the brighter they are: a few short
+// strokes tell, whatever their alphas do. Without hue in the scene nothing does, and the error says so.
+TEST(RainColor, FollowsFromTheHueBehindFewStrokes)
+{
+    for (unsigned seed = 1; seed <= 6; ++seed)
+        for (const double noise : {0.0, 1.0 / 255}) {
+            const auto drawn = test::drawRain({.frames = 6, .strokes = 6, .slant = 0.2, .noise = noise, .seed = seed});
+            const double sigma = std::max(noise, 0.001);
+            const auto found = matte::rainColor({drawn.frames}, drawn.scene, 0.2, sigma);
+            ASSERT_TRUE(found.found);
+            EXPECT_LT(std::abs(offFrom(found, 0.8)), noise > 0 ? 0.04 : 0.002) << seed << ' ' << noise;
+            EXPECT_LT(found.error, noise > 0 ? 0.03 : 0.001) << seed << ' ' << noise;
+
+            std::vector<ImageF> grey = drawn.frames;
+            ImageF scene = drawn.scene;
+            const auto toGrey = [](ImageF& image) {
+                for (std::size_t i = 0; i < image.size(); i += 3)
+                    image.data()[i] = image.data()[i + 2] = image.data()[i + 1];
+            };
+            for (ImageF& frame : grey) toGrey(frame);
+            toGrey(scene);
+            const auto less = matte::rainColor({grey}, scene, 0.2, sigma);
+            EXPECT_TRUE(!less.found || less.error > 2 * found.error) << seed << ' ' << noise;
+        }
+}
+
+// Colours without their fine detail, as codecs leave them: in narrow strokes too weak, which looks like more light than
+// there is. The hue is not asked then: what is found is what the light alone says.
+TEST(RainColor, DoesNotAskHuesThatAreSmoothed)
+{
+    constexpr int block = 4;
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+        const auto drawn = test::drawRain({.frames = 16, .noise = 0.004, .seed = seed});
+        std::vector<ImageF> frames = drawn.frames;
+        for (ImageF& frame : frames)
+            for (int y = 0; y < 96; y += block)
+                for (int x = 0; x < 96; x += block) {
+                    const auto light = [&](int n) {
+                        const float* p = frame.pixel(x + n % block, y + n / block);
+                        return (p[0] + p[1] + p[2]) / 3;
+                    };
+                    std::array<float, 3> tint{};
+                    for (std::size_t j = 0; j < 3; ++j)
+                        for (int n = 0; n < block * block; ++n)
+                            tint[j] += (frame.at(x + n % block, y + n / block, int(j)) - light(n)) / (block * block);
+                    for (int n = 0; n < block * block; ++n) {
+                        const float own = light(n);
+                        for (std::size_t j = 0; j < 3; ++j)
+                            frame.at(x + n % block, y + n / block, int(j)) = own + tint[j];
+                    }
+                }
+        const auto found = matte::rainColor({frames}, drawn.scene, 0.0, 0.004);
+        ASSERT_TRUE(found.found);
+        EXPECT_LT(std::abs(offFrom(found, 0.8)), 0.06) << seed;  // the hue says 1.2
+    }
 }
 
 TEST(RainColor, SaysWhenItCannotTell)

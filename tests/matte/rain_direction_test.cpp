@@ -37,6 +37,25 @@ TEST(RainDirection, IsFoundToATenthOfADegree)
     RecordProperty("rms_degrees", std::to_string(std::sqrt(square / count)));
 }
 
+// Large drops fall faster, at another slant, and are denser. Each stroke counts for its alpha, not for its square: four
+// strokes at 10 degrees and one, four times as dense, at 4 have the direction of 7.
+TEST(RainDirection, DenseStrokesCountForTheirAlpha)
+{
+    std::vector<ImageF> alphas;
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+        auto faint = test::drawRain(
+            {.width = 160, .height = 160, .frames = 10, .strokes = 32, .slant = 10 * degree, .seed = seed});
+        const auto dense = test::drawRain(
+            {.width = 160, .height = 160, .frames = 10, .strokes = 8, .slant = 4 * degree, .seed = seed + 10});
+        for (std::size_t k = 0; k < faint.alphas.size(); ++k) {
+            for (std::size_t i = 0; i < faint.alphas[k].size(); ++i)
+                faint.alphas[k].data()[i] = 0.25f * faint.alphas[k].data()[i] + dense.alphas[k].data()[i];
+            alphas.push_back(std::move(faint.alphas[k]));
+        }
+    }
+    EXPECT_NEAR(matte::rainDirection(alphas).slant / degree, 7.0, 0.7);
+}
+
 TEST(RainDirection, NothingAndNoiseHaveNone)
 {
     EXPECT_EQ(matte::rainDirection({}).coherence, 0.0);
