@@ -109,6 +109,7 @@ void Shot::open(const Made& made)
     shot.inMemory = inMemory_;
     shot::CompositorOptions options;
     options.wanted.layers = made.hasLayers;
+    options.changes = true;
     options.device = made.device;
     options.cacheFolder = keptFilesFolder();
     compositor_ = nullptr;  // before the next one, which needs the memory

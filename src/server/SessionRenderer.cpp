@@ -74,6 +74,7 @@ shot::Compositor& SessionRenderer::compositorFor(const RenderTask& task, bool la
     slot = {};
     shot::CompositorOptions options;
     options.wanted.layers = layers;
+    options.changes = true;
     options.device = device_.wanted();
     options.cacheFolder = cacheFolder_;
     slot.compositor =
@@ -83,8 +84,7 @@ shot::Compositor& SessionRenderer::compositorFor(const RenderTask& task, bool la
     return *slot.compositor;
 }
 
-Picture SessionRenderer::renderOnce(const RenderTask& task, const shot::Watch& watch,
-                                    std::map<std::string, double>& passMs)
+Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs)
 {
     shot::Compositor& compositor = compositorFor(task, task.query.wantsLayers());
     const shot::View& view = task.query.view;
@@ -113,7 +113,7 @@ Picture SessionRenderer::renderOnce(const RenderTask& task, const shot::Watch& w
     return picture;
 }
 
-Picture SessionRenderer::render(const RenderTask& task, const shot::Watch& watch, std::map<std::string, double>& passMs)
+Picture SessionRenderer::render(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs)
 {
     try {
         return renderOnce(task, watch, passMs);

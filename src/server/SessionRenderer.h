@@ -49,7 +49,7 @@ public:
     SessionRenderer(RenderDevice& device, std::string cacheFolder);
     /// passMs gets what the passes of this frame took. Where the device fails the processor takes over, which is said.
     /// Throws Error.
-    Picture render(const RenderTask& task, const shot::Watch& watch, std::map<std::string, double>& passMs);
+    Picture render(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs);
 
 private:
     struct Slot {
@@ -57,7 +57,7 @@ private:
         std::unique_ptr<shot::Compositor> compositor;
     };
     shot::Compositor& compositorFor(const RenderTask& task, bool layers);
-    Picture renderOnce(const RenderTask& task, const shot::Watch& watch, std::map<std::string, double>& passMs);
+    Picture renderOnce(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs);
 
     RenderDevice& device_;
     const std::string cacheFolder_;

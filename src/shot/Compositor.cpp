@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -265,7 +264,7 @@ Compositor::~Compositor() = default;
 void Compositor::change(const Settings& settings)
 {
     Impl& m = *impl_;
-    assert(m.options.changes);
+    if (!m.options.changes) throw Error(ErrorCode::Internal, "this compositor was not made to be changed");
     const SceneParts before = m;
     const auto atlas = m.atlas;
     try {
@@ -363,6 +362,10 @@ io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows win
         return out;
     }
 
+    if (!plate.rows && (plate.pixels.width() != windows.plate.width || plate.pixels.height() != windows.plate.height))
+        throw Error(ErrorCode::InvalidArgument, "frame {}: the plate is {}x{} pixels, but {}x{} are to be drawn over",
+                    plate.number, plate.pixels.width(), plate.pixels.height(), windows.plate.width,
+                    windows.plate.height);
     const passes::Features& features = plan.features;
     const auto timed = [&](const char* name, auto&& work) {
         const StageSpan span(options.timeline, "renderer", name, plate.number);

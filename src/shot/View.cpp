@@ -1,9 +1,12 @@
 #include "shot/View.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/Error.h"
+#include "core/Parallel.h"
 #include "passes/LightGrid.h"
 
 namespace virga::shot {
@@ -65,6 +68,49 @@ ViewWindows windowsOf(const View& view, const Window& frame, int blurReach, int 
     const int x = alignedDown(drawn.x), y = alignedDown(drawn.y);
     windows.drawn = {x, y, drawn.right() - x, drawn.bottom() - y};
     return windows;
+}
+
+ImageF proxyOf(ConstImageViewF frame, double scale)
+{
+    /// Frame pixels under a proxy's pixel, and how much of it each covers.
+    struct Span {
+        int first = 0;
+        std::vector<float> shares;
+    };
+    const auto spansOf = [&](int pixels) {
+        std::vector<Span> spans(std::size_t(std::max(1L, std::lround(pixels * scale))));
+        for (std::size_t i = 0; i < spans.size(); ++i) {
+            const double from = std::min(double(i) / scale, pixels - 1.0);
+            const double to = std::clamp(double(i + 1) / scale, from + 1e-6, double(pixels));
+            spans[i].first = int(from);
+            for (int p = int(from); p < to; ++p)
+                spans[i].shares.push_back(float((std::min(to, p + 1.0) - std::max(from, double(p))) / (to - from)));
+        }
+        return spans;
+    };
+    const std::vector<Span> columns = spansOf(frame.width()), rows = spansOf(frame.height());
+    const int channels = frame.channels();
+    ImageF proxy(int(columns.size()), int(rows.size()), channels);
+    parallelFor(0, proxy.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        std::vector<float> sums(std::size_t(frame.width()) * std::size_t(channels));
+        for (auto y = int(first); y < int(last); ++y) {
+            const Span& down = rows[std::size_t(y)];
+            std::fill(sums.begin(), sums.end(), 0.0f);
+            for (std::size_t j = 0; j < down.shares.size(); ++j) {
+                const float* from = frame.row(down.first + int(j));
+                for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += down.shares[j] * from[i];
+            }
+            for (int x = 0; x < proxy.width(); ++x) {
+                const Span& across = columns[std::size_t(x)];
+                for (std::size_t i = 0; i < across.shares.size(); ++i)
+                    for (int c = 0; c < channels; ++c)
+                        proxy.at(x, y, c) +=
+                            across.shares[i] *
+                            sums[(std::size_t(across.first) + i) * std::size_t(channels) + std::size_t(c)];
+            }
+        }
+    });
+    return proxy;
 }
 
 ImageF placed(ImageF image, const Window& has, const Window& wants)

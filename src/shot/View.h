@@ -34,6 +34,10 @@ struct ViewWindows {
 /// none, and a plate that lacks pixels.
 ViewWindows windowsOf(const View& view, const Window& frame, int blurReach, int splashReach);
 
+/// The frame at the scale: each pixel is the mean of what it covers; what reaches beyond the frame's border repeats it.
+/// Parallel over rows.
+ImageF proxyOf(ConstImageViewF frame, double scale);
+
 /// The pixels of `wants` out of an image of `has`, 0 where it has none. Moves if both are the same.
 ImageF placed(ImageF image, const Window& has, const Window& wants);
 

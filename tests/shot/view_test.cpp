@@ -224,6 +224,18 @@ TEST(View, HalfScaleIsTheWholeReduced)
     }
 }
 
+TEST(View, ProxyOfAPlateIsItsMean)
+{
+    const ImageF plate = plateOf(width, height);
+    EXPECT_LT(greatestDifference(proxyOf(plate, 0.5), Renderer::mean(plate, 2)), 1e-6);
+    EXPECT_EQ(greatestDifference(proxyOf(plate, 1), plate), 0);
+    for (const double scale : {0.9, 0.37, 0.001}) {
+        const ImageF flat = proxyOf(ImageF(61, 33, 4, 0.25f), scale);
+        EXPECT_EQ(flat.width(), std::max(1L, std::lround(61 * scale)));
+        for (const float v : flat.values()) ASSERT_NEAR(v, 0.25f, 1e-5) << scale;
+    }
+}
+
 TEST(View, RegionOfAProxyIsItsCrop)
 {
     Renderer renderer(rainOnGround());
