@@ -71,10 +71,21 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     float focalClose = frame.lens.x;
     float focal = frame.lens.x;
 #endif
-    float depthOpen = -open.z, depthClose = -close.z;
-    float depth = 0.5 * (depthOpen + depthClose);
     float near = frame.range.x;
-    if (min(depthOpen, depthClose) < near || depth > frame.range.y) return false;
+    float depthOpen = -open.z, depthClose = -close.z;
+    // What of its way is nearer is left out, and what it covers meanwhile.
+    float shown = 1.0;
+    if (min(depthOpen, depthClose) < near) {
+        if (max(depthOpen, depthClose) < near) return false;
+        float crosses = (near - depthOpen) / (depthClose - depthOpen);
+        vec3 crossing = vec3(mix(open.xy, close.xy, crosses), -near);
+        if (depthOpen < near)
+            open = crossing, depthOpen = near, shown = 1.0 - crosses;
+        else
+            close = crossing, depthClose = near, shown = crosses;
+    }
+    float depth = 0.5 * (depthOpen + depthClose);
+    if (depth > frame.range.y) return false;
     float path = dropClass.travel.w * frame.focus.z;
     if (depth > visibleDepth(drop.diameter, path, frame.boost.w, frame.range.z)) return false;
     float drawn = drawnShare(depth, drop.diameter, path, frame.boost.w, frame.medium.y);
@@ -96,7 +107,7 @@ bool strokeOf(Drop drop, DropClass dropClass, out Stroke stroke)
     if (any(lessThan(high, vec2(0.0))) || any(greaterThan(low, vec2(frame.picture.xy)))) return false;
 
     // pi/4 w^2: the drop's disc, wherever it is while the shutter is open.
-    float covered = 0.78539816 * width * width * frame.range.w / drawn;
+    float covered = 0.78539816 * width * width * shown * frame.range.w / drawn;
     float random = unitFloat(drop.look);
     float beads = oscillationFrequency(drop.diameter) * frame.focus.z;
     uint layer = strokeLayer(beads, oscillationStrength(drop.diameter), random);

@@ -62,6 +62,7 @@ struct Paths {
     Float startX, startY, endX, endY;
     Float depthOpen, depthClose, depth;
     Float width, halfWidth, blur;
+    Float shown;  // share of the exposure that the drop is not nearer than the near limit
     Float drawn;  // see drawnShare
     Mask isSeen;
 };
@@ -69,17 +70,34 @@ struct Paths {
 /// What strokes are widened to [px], as in pass_emit_strokes.comp.
 constexpr float narrowest = 0.05f;
 
+/// Ways that begin or end nearer than `near` are those beyond it.
+VIRGA_INLINE void leaveOutNearer(float near, lanes::Vec3& open, lanes::Vec3& close, Paths& p)
+{
+    const Float crosses = (Float(near) - p.depthOpen) / (p.depthClose - p.depthOpen);
+    const lanes::Vec3 crossing = {open.x + (close.x - open.x) * crosses, open.y + (close.y - open.y) * crosses,
+                                  Float(-near)};
+    const Mask opens = (p.depthOpen < near) & (p.depthClose >= near);
+    const Mask closes = (p.depthClose < near) & (p.depthOpen >= near);
+    open = {lanes::pick(opens, crossing.x, open.x), lanes::pick(opens, crossing.y, open.y), open.z};
+    close = {lanes::pick(closes, crossing.x, close.x), lanes::pick(closes, crossing.y, close.y), close.z};
+    p.depthOpen = lanes::pick(opens, near, p.depthOpen);
+    p.depthClose = lanes::pick(closes, near, p.depthClose);
+    p.shown = lanes::pick(opens, Float(1.0f) - crosses, lanes::pick(closes, crosses, 1.0f));
+}
+
 VIRGA_INLINE Paths pathsOf(const Frame& frame, const eight::Drop& drop, const eight::DropClass& dropClass)
 {
     const shared::FrameConstants& c = frame.constants;
     Paths p;
-    const lanes::Vec3 open = turned(c.cameraFromWorldOpen, drop.open);
+    lanes::Vec3 open = turned(c.cameraFromWorldOpen, drop.open);
     const bool moves = frame.features.cameraMotion;
-    const lanes::Vec3 close = turned(moves ? c.cameraFromWorldClose : c.cameraFromWorldOpen, drop.close);
+    lanes::Vec3 close = turned(moves ? c.cameraFromWorldClose : c.cameraFromWorldOpen, drop.close);
     const float focalClose = moves ? c.lens.y : c.lens.x;
     const float focal = std::sqrt((c.lens.x * (c.lens.x + focalClose) + focalClose * focalClose) / 3);
     p.depthOpen = -open.z;
     p.depthClose = -close.z;
+    p.shown = 1.0f;
+    if ((lanes::min(p.depthOpen, p.depthClose) < c.range.x).any()) leaveOutNearer(c.range.x, open, close, p);
     p.depth = (p.depthOpen + p.depthClose) * 0.5f;
     const Float path = dropClass.travel.w * c.focus.z;
     const Float visible = eight::visibleDepth(drop.diameter, path, Float(c.boost.w), Float(c.range.z));
@@ -164,7 +182,7 @@ VIRGA_SIMD void emitStrokes(const Frame& frame, const particles::CellList& cells
             if (!p.isSeen.any()) continue;
 
             const Float matte = matteOf(frame, drop.diameter, eight::unitFloat(drop.look));
-            const Float covered = p.width * p.width * (0.78539816f * frame.constants.range.w) / p.drawn;
+            const Float covered = p.width * p.width * p.shown * (0.78539816f * frame.constants.range.w) / p.drawn;
             const Float share = p.width / (p.halfWidth * 2.0f);
             for (int lane = 0; lane < lanes::count; ++lane) {
                 if (!p.isSeen[lane]) continue;

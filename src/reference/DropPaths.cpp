@@ -104,9 +104,11 @@ bool DropPaths::follow(std::size_t cell, std::uint32_t index, DropPath& path) co
     constexpr int last = DropPath::most - 1;
     path.at[0] = momentOf(cell, index, 0);
     path.at[1] = momentOf(cell, index, last);
-    const double from = path.at[0].depth, to = path.at[1].depth, middle = 0.5 * (from + to);
     const particles::Visibility& visibility = scene_.rain.visibility;
-    if (std::min(from, to) < visibility.near_m || middle > visibility.far_m) return false;
+    const double from = std::max(path.at[0].depth, visibility.near_m),
+                 to = std::max(path.at[1].depth, visibility.near_m), middle = 0.5 * (from + to);
+    const bool crosses = std::min(path.at[0].depth, path.at[1].depth) < visibility.near_m;
+    if (std::max(path.at[0].depth, path.at[1].depth) < visibility.near_m || middle > visibility.far_m) return false;
 
     const auto& w = steps_[0].waves;
     const shared::DropClass& dropClass = list_.classes[c.key.z];
@@ -125,11 +127,47 @@ bool DropPaths::follow(std::size_t cell, std::uint32_t index, DropPath& path) co
 
     path.id = particles::mix((std::uint64_t(c.key.y) << 32 | c.key.x) ^ particles::mix(index + 1));
     path.moments = 2;
-    if (glm::distance(path.at[0].px, path.at[1].px) < 2) return true;
+    path.shown = 1;
+    if (!crosses && glm::distance(path.at[0].px, path.at[1].px) < 2) return true;
     path.at[last] = path.at[1];
     for (int n = 1; n < last; ++n) path.at[std::size_t(n)] = momentOf(cell, index, n);
     path.moments = DropPath::most;
+    if (crosses) leaveOutNearer(path);
     return true;
+}
+
+/// Its moments become those of the longest part of its way that is beyond the near limit. (Turbulence could bring a
+/// drop across more than once, by millimetres.)
+void DropPaths::leaveOutNearer(DropPath& path) const
+{
+    constexpr int last = DropPath::most - 1;
+    const double near = scene_.rain.visibility.near_m;
+    const auto isBeyond = [&](int n) { return path.at[std::size_t(n)].depth >= near; };
+    // Where it crosses, between which two moments.
+    const bool beginsBeyond = isBeyond(0);
+    int n = 1;
+    while (n < last && isBeyond(n) == beginsBeyond) ++n;
+    const DropPath::Moment &a = path.at[std::size_t(n - 1)], &b = path.at[std::size_t(n)];
+    const double crossing = (n - 1 + (near - a.depth) / (b.depth - a.depth)) / last;
+    const double first = beginsBeyond ? 0 : crossing, end = beginsBeyond ? crossing : 1;
+    path.shown = end - first;
+
+    const auto before = path.at;
+    for (int i = 0; i <= last; ++i) {
+        const double place = (first + (end - first) * i / last) * last;
+        const int k = std::min(int(place), last - 1);
+        const DropPath::Moment &from = before[std::size_t(k)], &to = before[std::size_t(k + 1)];
+        const double f = place - k;
+        DropPath::Moment& moment = path.at[std::size_t(i)];
+        moment.fromCamera = glm::mix(from.fromCamera, to.fromCamera, f);
+        moment.focal_px = std::lerp(from.focal_px, to.focal_px, f);
+        const glm::dvec3 inCamera = glm::mix(steps_[std::size_t(k)].cameraFromWorld * from.fromCamera,
+                                             steps_[std::size_t(k + 1)].cameraFromWorld * to.fromCamera, f);
+        moment.depth = std::max(-inCamera.z, near);
+        camera::Projection picture = scene_.exposure.projection;
+        picture.focal_px = moment.focal_px;
+        moment.px = camera::project(picture, {inCamera.x, inCamera.y, -moment.depth}).px;
+    }
 }
 
 }  // namespace virga::reference

@@ -25,6 +25,7 @@ struct DropPath {
     int moments = 2;  ///< 2 where the way is under two pixels long, else `most`
     std::array<Moment, most> at;
     double diameter;       ///< [m]
+    double shown = 1;      ///< share of the exposure that it is not nearer than the near limit: the moments' time
     double standsFor = 1;  ///< so many times as dense as it is: for drops that are thinned out
     std::uint32_t look;    ///< random bits for what the stroke looks like
     std::uint64_t id;      ///< of this drop alone: a hash of (cell, number)
@@ -54,6 +55,7 @@ public:
 
 private:
     bool follow(std::size_t cell, std::uint32_t index, DropPath& path) const;
+    void leaveOutNearer(DropPath& path) const;
     DropPath::Moment momentOf(std::size_t cell, std::uint32_t index, int step) const;
 
     struct Step {

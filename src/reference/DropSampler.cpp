@@ -137,7 +137,7 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
 
     const double length = path.length_px(), spread = across * widest + blurred;
     const double footprint = (length + spread + 1) * (spread + 1);
-    const double opaque = path.standsFor * rain.opacity * pi / 4 * widest * widest / footprint;
+    const double opaque = path.standsFor * path.shown * rain.opacity * pi / 4 * widest * widest / footprint;
     const double wanted = double(rain.samples) * rain.samples * footprint * std::clamp(opaque / plain, 1.0 / 16, 1.0);
     const auto count = std::uint64_t(std::clamp(std::ceil(wanted), 16.0, 4e7));
 
@@ -219,7 +219,7 @@ void DropSampler::sample(const DropPath& path, int firstRow, int lastRow, std::v
     }
     for (const std::uint32_t pixel : touched_) {
         Sum& sum = sums_[pixel];
-        const double alpha = std::min(path.standsFor * rain.opacity * sum.alpha / weights, 1.0);
+        const double alpha = std::min(path.standsFor * path.shown * rain.opacity * sum.alpha / weights, 1.0);
         // Their lamps are those of all the drops that it stands for, 1 / q^2; the veil has none.
         fragments.push_back({pixel, path.id, sum.depth / sum.alpha, alpha, sum.clear / sum.alpha,
                              path.standsFor * sum.lamps / sum.alpha, whole});

@@ -19,9 +19,8 @@ std::vector<glm::dvec3> directionsOf(const particles::Exposure& exposure)
     std::vector<glm::dvec3> directions;
     for (int y = 0; y < p.height; ++y)
         for (int x = 0; x < p.width; ++x)
-            directions.push_back(
-                exposure.poseAtOpen.worldFromCamera *
-                glm::normalize(glm::dvec3(x + 0.5 - p.axisX_px, p.axisY_px - y - 0.5, -p.focal_px)));
+            directions.push_back(exposure.poseAtOpen.worldFromCamera *
+                                 glm::normalize(glm::dvec3(x + 0.5 - p.axisX_px, p.axisY_px - y - 0.5, -p.focal_px)));
     return directions;
 }
 
