@@ -220,8 +220,6 @@ io::RenderedFrame Shot::draw(const FrameRequest& request, Call& call)
     io::RenderedFrame rendered;
     onQueue(call, request.priority, [&] {
         withFallback(request, [&] {
-            if (request.scale != 1 || request.region != request.frame)
-                throw Error(ErrorCode::InvalidArgument, "request: only whole frames at scale 1 are drawn yet");
             if (!goesOn(0)) throwCancelled(request);
             io::PlateFrame plate;
             plate.number = request.number;
