@@ -27,9 +27,20 @@ const io::ColorConfig& Colors::config()
     return *config_;
 }
 
-std::string Colors::working(const std::string& space)
+template <class Found>
+auto Colors::named(const std::string& space, const std::string& name, const Found& find)
 {
-    return space.empty() ? io::primaries::rec709.linearName : config().working(space);
+    try {
+        return find();
+    } catch (const Error& error) {
+        throw Error(error.code(), "{}: color_space '{}': {}", name, space, error.what());
+    }
+}
+
+std::string Colors::working(const std::string& space, const std::string& name)
+{
+    if (space.empty()) return io::primaries::rec709.linearName;
+    return named(space, name, [&] { return config().working(space); });
 }
 
 Colors::Way Colors::way(const std::string& from, const std::string& to)
@@ -43,21 +54,13 @@ Colors::Way Colors::toLinear(const std::string& space, const std::string& name)
 {
     static const Way nothing = std::make_shared<Nothing>();
     if (space.empty()) return nothing;
-    try {
-        return way(space, working(space));
-    } catch (const Error& error) {
-        throw Error(error.code(), "{}: color_space '{}': {}", name, space, error.what());
-    }
+    return named(space, name, [&] { return way(space, config().working(space)); });
 }
 
 Colors::Way Colors::toCodes(const std::string& working, const std::string& space, const std::string& name)
 {
     if (space.empty()) return toLinear(space, name);
-    try {
-        return way(working, space);
-    } catch (const Error& error) {
-        throw Error(error.code(), "{}: color_space '{}': {}", name, space, error.what());
-    }
+    return named(space, name, [&] { return way(working, space); });
 }
 
 }  // namespace virga::lib

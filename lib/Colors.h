@@ -18,15 +18,19 @@ public:
     /// ocio: a configuration's file; empty: $OCIO's, else ours. Opens it when a space is first named. Another one
     /// forgets what was found.
     void use(const std::string& ocio);
+    // All throw Error(InvalidArgument) or Error(Input) with `name`, the picture's.
+
     /// The linear space that pictures of `space` are worked on in; of an empty name Rec.709's.
-    std::string working(const std::string& space);
+    std::string working(const std::string& space, const std::string& name);
     /// From a picture's space to its working space, and to a picture's space from `working`. An empty name is
-    /// scene-linear: nothing to do. Throws Error(InvalidArgument), Error(Input) with `name`, the picture's.
+    /// scene-linear: nothing to do.
     Way toLinear(const std::string& space, const std::string& name);
     Way toCodes(const std::string& working, const std::string& space, const std::string& name);
 
 private:
     const io::ColorConfig& config();
+    template <class Found>
+    static auto named(const std::string& space, const std::string& name, const Found& find);
     Way way(const std::string& from, const std::string& to);
 
     std::string ocio_;

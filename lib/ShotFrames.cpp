@@ -239,7 +239,7 @@ io::RenderedFrame Shot::draw(const FrameRequest& request, Call& call)
 
 void Shot::write(const FrameRequest& request, const io::RenderedFrame& rendered)
 {
-    const std::string working = colors_.working(request.plate->colorspace());
+    const std::string working = colors_.working(request.plate->colorspace(), request.plate->name());
     for (const auto& [layer, output] : request.outputs) {
         const auto toCodes = colors_.toCodes(working, output.colorspace(), output.name());
         if (*layer == '\0')
@@ -253,7 +253,7 @@ void Shot::write(const FrameRequest& request, const io::RenderedFrame& rendered)
 void Shot::copyPlate(const FrameRequest& request)
 {
     const Picture& plate = *request.plate;
-    const std::string working = colors_.working(plate.colorspace());
+    const std::string working = colors_.working(plate.colorspace(), plate.name());
     const Window part = plateFor(request, request.region);
     if (!plate.window().contains(request.region))
         throw Error(ErrorCode::InvalidArgument, "plate: its window does not hold the region of {} x {} at ({}, {})",
@@ -284,7 +284,8 @@ void Shot::render(const virga_request* given)
     if (shot::planFrame(settings_, {}, false).isPassThrough()) return copyPlate(request);
     // Names that nobody knows are told before anything is drawn.
     for (const auto& [layer, output] : request.outputs)
-        colors_.toCodes(colors_.working(request.plate->colorspace()), output.colorspace(), output.name());
+        colors_.toCodes(colors_.working(request.plate->colorspace(), request.plate->name()), output.colorspace(),
+                        output.name());
     prepare(request, call);
     const io::RenderedFrame rendered = draw(request, call);
     if (rendered.beauty.width() != request.region.width || rendered.beauty.height() != request.region.height)
