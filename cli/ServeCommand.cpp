@@ -165,7 +165,7 @@ Runner addServeCommand(CLI::App& app, CLI::App*& command)
     number("--sessions", a.serve.engine.sessions, "sessions at a time (default 16)", "N", 1, 1000);
     number("--idle", a.idle_s, "close a session that nobody has used for so long (default 1800)", "s", 1, 1e7);
     number("--megapixels", a.serve.engine.megapixels, "of a frame, at most (default 40)", "N", 0.001, 268);
-    number("--queue", a.serve.engine.queue, "frames that may wait to be rendered (default 64)", "N", 1, 100000);
+    number("--queue", a.serve.engine.queue, "frames that may wait to be rendered (default 64)", "N", 1, 1000);
     number("--prefetch", a.serve.engine.prefetch, "neighbours of a viewer's frame that are rendered ahead (default 2)",
            "N", 0, 100);
     number("--max-body", a.bodyMib, "of a request, at most (default 256)", "MiB", 0.001, 65536);

@@ -9,7 +9,6 @@
 #include "core/Error.h"
 #include "core/Log.h"
 #include "server/Refusal.h"
-#include "shot/Compositor.h"
 
 namespace virga::server {
 
@@ -38,7 +37,7 @@ Engine::~Engine()
     aheadChanged_.notify_all();
     prefetcher_.join();
     sessions_.clear();
-    services_.queue->run([] {});  // behind what renders
+    services_.queue->run([this] { warm_.reset(); });
 }
 
 /// Opens the device and compiles its programs before somebody waits for a frame.
@@ -47,11 +46,12 @@ try {
     shot::CompositorOptions options;
     options.device = services_.device.wanted();
     options.cacheFolder = services_.cacheFolder;
-    shot::Compositor compositor({}, {64, 36, 24, 0}, options, {});
+    warm_ =
+        std::make_unique<shot::Compositor>(shot::Settings(), shot::Shot{64, 36, 24, 0}, options, shot::PlateSamples());
     io::PlateFrame plate;
     plate.pixels = ImageF(64, 36, 4, 0.5f);
-    compositor.render(std::move(plate));
-    services_.device.note(compositor.statistics().device);
+    warm_->render(std::move(plate));
+    services_.device.note(warm_->statistics().device);
 } catch (const Error& error) {
     if (error.code() == ErrorCode::Graphics && services_.device.wanted() != "cpu")
         services_.device.fallBack(error.what());

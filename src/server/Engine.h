@@ -12,6 +12,7 @@
 
 #include "core/Timer.h"
 #include "server/Session.h"
+#include "shot/Compositor.h"
 
 namespace virga::server {
 
@@ -51,7 +52,8 @@ private:
     std::condition_variable aheadChanged_;
     std::deque<std::pair<std::weak_ptr<Session>, FrameQuery>> ahead_;
     bool ends_ = false;
-    std::thread prefetcher_;  // last: it starts when all of the above stands
+    std::unique_ptr<shot::Compositor> warm_;  // the queue's thread's: keeps the device open between sessions
+    std::thread prefetcher_;                  // last: it starts when all of the above stands
 };
 
 /// 32 random hex digits, from the kernel.

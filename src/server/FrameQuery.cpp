@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <type_traits>
 
 #include "core/Words.h"
 #include "server/Refusal.h"
@@ -34,7 +35,8 @@ std::string_view trimmed(std::string_view text)
 }
 
 template <class Number>
-Number numberFrom(std::string_view name, std::string_view text, Number least, Number most)
+Number numberFrom(std::string_view name, std::string_view text, std::type_identity_t<Number> least,
+                  std::type_identity_t<Number> most)
 {
     Number value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -153,8 +155,8 @@ Window parseWindow(const char* name, std::string_view text)
     const std::vector<std::string_view> parts = split(text, ',');
     if (parts.size() != 4)
         throw Refusal(400, "invalid-argument", "{} '{}': must be x,y,width,height", name, shortened(text));
-    return {numberFrom(name, parts[0], -65536, 65536), numberFrom(name, parts[1], -65536, 65536),
-            numberFrom(name, parts[2], 1, 16384), numberFrom(name, parts[3], 1, 16384)};
+    return {numberFrom<int>(name, parts[0], -65536, 65536), numberFrom<int>(name, parts[1], -65536, 65536),
+            numberFrom<int>(name, parts[2], 1, 16384), numberFrom<int>(name, parts[3], 1, 16384)};
 }
 
 FrameNumber parseFrameNumber(std::string_view text)
@@ -179,13 +181,15 @@ FrameQuery parseFrameQuery(FrameNumber frame, const Query& query)
     result.frame = frame;
     for (const auto& [name, value] : query) {
         if (name == "time") {
-            result.time_s = numberFrom("time", value, 0.0, 1e9);
+            result.time_s = numberFrom<double>("time", value, 0.0, 1e9);
+        } else if (name == "later") {
+            result.view.later = numberFrom<double>("later", value, 0.0, 0.999999);
         } else if (name == "region") {
             result.view.region = parseWindow("region", value);
         } else if (name == "data_window") {
             result.dataWindow = parseWindow("data_window", value);
         } else if (name == "scale") {
-            result.view.scale = numberFrom("scale", value, 1.0 / 64, 1.0);
+            result.view.scale = numberFrom<double>("scale", value, 1.0 / 64, 1.0);
         } else if (name == "layers") {
             for (const std::string_view layer : split(value, ',')) {
                 if (std::find(layerNames.begin(), layerNames.end(), layer) == layerNames.end())
@@ -201,20 +205,20 @@ FrameQuery parseFrameQuery(FrameNumber frame, const Query& query)
                 throw Refusal(400, "invalid-argument", "samples '{}': must be half or float", shortened(value));
             result.isFloat = value == "float";
         } else if (name == "quality") {
-            result.quality = numberFrom("quality", value, 1, 100);
+            result.quality = numberFrom<int>("quality", value, 1, 100);
         } else if (name == "viewer") {
             checkName(name, value, 64);
             result.viewer = value;
         } else if (name == "priority") {
-            result.priority = numberFrom("priority", value, -100, 100);
+            result.priority = numberFrom<int>("priority", value, -100, 100);
         } else if (name == "seed" || name == "view") {
             result.changes.emplace_back(name, value);
         } else if (name.starts_with("set.")) {
             result.changes.emplace_back(name.substr(4), value);
         } else {
-            static const std::vector<std::string> known = {"time",   "region",     "data_window", "scale",
-                                                           "layers", "colorspace", "samples",     "quality",
-                                                           "viewer", "priority",   "seed",        "view"};
+            static const std::vector<std::string> known = {"time",     "later",      "region",  "data_window", "scale",
+                                                           "layers",   "colorspace", "samples", "quality",     "viewer",
+                                                           "priority", "seed",       "view"};
             const std::string nearest = nearestWord(name, known);
             throw Refusal(400, "invalid-argument", "a frame has no '{}'{}", shortened(name),
                           nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest));

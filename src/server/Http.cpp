@@ -1,7 +1,6 @@
 #include "server/Http.h"
 
 #include <fcntl.h>
-#include <httplib.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -21,7 +20,7 @@
 
 #include "core/Error.h"
 #include "core/Log.h"
-#include "core/Timer.h"
+#include "server/HttpExchange.h"
 #include "server/Listeners.h"
 #include "server/Refusal.h"
 
@@ -29,102 +28,6 @@ namespace virga::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-struct Connection {
-    Descriptor socket;
-    bool isTcp = false;
-    std::string pending;         // read and not used: a head, what follows it
-    Clock::time_point deadline;  // of the head, or of being idle
-};
-
-bool hasHungUp(int socket)
-{
-    pollfd watched{socket, POLLRDHUP, 0};
-    return poll(&watched, 1, 0) > 0 && (watched.revents & (POLLRDHUP | POLLHUP | POLLERR | POLLNVAL)) != 0;
-}
-
-/// A connection as the library reads and writes it. What takes too long ends as if the client had hung up.
-class PacedStream final : public httplib::Stream {
-public:
-    PacedStream(Connection& connection, const HttpLimits& limits)
-        : connection_(connection), limits_(limits), start_(Clock::now())
-    {
-    }
-    bool is_readable() const override { return true; }
-    bool is_writable() const override { return !hasHungUp(connection_.socket.get()); }
-
-    ssize_t read(char* to, std::size_t size) override
-    {
-        if (used_ < connection_.pending.size()) {
-            const std::size_t count = std::min(size, connection_.pending.size() - used_);
-            std::copy_n(connection_.pending.data() + used_, count, to);
-            used_ += count;
-            return ssize_t(count);
-        }
-        return moved(POLLIN, [&] { return recv(connection_.socket.get(), to, size, MSG_DONTWAIT); });
-    }
-    ssize_t write(const char* from, std::size_t size) override
-    {
-        if (!isWriting_) {  // rendering took what it took
-            isWriting_ = true;
-            start_ = Clock::now();
-            bytes_ = 0;
-        }
-        return moved(POLLOUT, [&] { return send(connection_.socket.get(), from, size, MSG_DONTWAIT | MSG_NOSIGNAL); });
-    }
-    void get_remote_ip_and_port(std::string&, int&) const override {}
-    void get_local_ip_and_port(std::string&, int&) const override {}
-    socket_t socket() const override { return connection_.socket.get(); }
-
-    /// Takes what was read off the connection's pending bytes.
-    void settle()
-    {
-        connection_.pending.erase(0, used_);
-        used_ = 0;
-    }
-
-private:
-    template <class Move>
-    ssize_t moved(short event, const Move& move)
-    {
-        while (true) {
-            const ssize_t count = move();
-            if (count >= 0) {
-                bytes_ += std::size_t(count);
-                return count;
-            }
-            if (errno == EINTR) continue;
-            if (errno != EAGAIN && errno != EWOULDBLOCK) return -1;
-            const auto most =
-                limits_.slack + std::chrono::duration_cast<std::chrono::seconds>(
-                                    std::chrono::duration<double>(double(bytes_) / limits_.leastBytesPerSecond));
-            const auto left =
-                std::chrono::duration_cast<std::chrono::milliseconds>(start_ + most - Clock::now()).count();
-            if (left <= 0) return -1;
-            pollfd watched{connection_.socket.get(), event, 0};
-            poll(&watched, 1, int(std::min<long>(left, 1000)));
-        }
-    }
-
-    Connection& connection_;
-    const HttpLimits& limits_;
-    Clock::time_point start_;
-    std::size_t used_ = 0, bytes_ = 0;
-    bool isWriting_ = false;
-};
-
-/// The library's server without its accepting loop and its threads.
-class RequestReader final : public httplib::Server {
-public:
-    /// Without a listening socket of its own it takes itself to be shutting down and writes no bodies. The number is
-    /// compared and never used.
-    RequestReader() { svr_sock_ = 0; }
-    bool process(httplib::Stream& stream, bool closes, bool& isClosed,
-                 const std::function<void(httplib::Request&)>& setup)
-    {
-        return process_request(stream, closes, isClosed, setup);
-    }
-};
 
 /// RFC 9110, 15; of the statuses that a head may get.
 const char* phraseOf(int status) noexcept
@@ -137,13 +40,12 @@ const char* phraseOf(int status) noexcept
         case 413: return "Content Too Large";
         case 414: return "URI Too Long";
         case 415: return "Unsupported Media Type";
+        case 503: return "Service Unavailable";
         case 431: return "Request Header Fields Too Large";
         case 505: return "HTTP Version Not Supported";
         default: return "Bad Request";
     }
 }
-
-constexpr const char* idHeader = "Virga-Request-Of-This-Server";
 
 }  // namespace
 
@@ -162,12 +64,11 @@ std::string errorJson(const char* code, std::string_view sentence)
 struct HttpServer::Impl {
     HttpLimits limits;
     Admission admission;
-    Handler handler;
     Note note;
     std::vector<Listener> listeners;
-    RequestReader reader;
+    std::unique_ptr<HttpExchange> exchange;
     Descriptor epoll, wake;
-    std::atomic<std::uint64_t> requests = 0;
+    std::atomic<std::uint64_t> requests = 0, bodyBytes = 0;  // of all; of those under way
     std::atomic<std::size_t> alive = 0;
 
     // Of the watching thread alone.
@@ -177,7 +78,6 @@ struct HttpServer::Impl {
     std::condition_variable changed;
     std::deque<std::unique_ptr<Connection>> ready;      // with a whole head, for the threads
     std::vector<std::unique_ptr<Connection>> returned;  // answered, for the watching thread
-    std::unordered_map<std::uint64_t, int> sockets;     // of requests under way
     std::vector<std::thread> threads;
     std::size_t free = 0;
     std::atomic<bool> ends = false;
@@ -191,8 +91,6 @@ struct HttpServer::Impl {
     void work();
     bool serve(Connection& connection);
     void refuse(Connection& connection, const HttpRequest& request, const Refusal& refusal);
-    void answer(const httplib::Request& request, httplib::Response& response);
-    HttpRequest requestOf(const httplib::Request& request);
 };
 
 void HttpServer::Impl::accept(const Listener& listener)
@@ -344,8 +242,8 @@ void HttpServer::Impl::refuse(Connection& connection, const HttpRequest& request
         "{}Virga-Request: {}\r\n\r\n{}",
         refusal.status(), phraseOf(refusal.status()), body.size(),
         refusal.status() == 401 ? "WWW-Authenticate: Bearer\r\n" : "", request.id, body);
-    PacedStream stream(connection, limits);
-    stream.write(text.data(), text.size());
+    PacedTransfer transfer(connection, limits.pace);
+    transfer.write(text.data(), text.size());
     // Closing on bytes that were not read would reset the connection and take the answer with it: a second's worth is
     // thrown away.
     const int socket = connection.socket.get();
@@ -364,80 +262,27 @@ bool HttpServer::Impl::serve(Connection& connection)
 {
     HttpRequest begun;
     begun.id = ++requests;
-    bool saysLength = false;
+    RequestHead head;
     try {
-        const std::size_t end = endOfHead(connection.pending);
-        const RequestHead head =
-            parseHead(std::string_view(connection.pending).substr(0, std::min(end, connection.pending.size())));
+        const std::string_view pending = connection.pending;
+        head = parseHead(pending.substr(0, std::min(endOfHead(pending), pending.size())));
         begun.method = head.method;
         begun.path = head.target.substr(0, head.target.find('?'));
-        saysLength = head.saysLength;
         if (connection.isTcp)
             admit(head, admission, begun.path != "/" && begun.path != "/page.js" && begun.path != "/page.css");
         if (head.contentLength > limits.mostBodyBytes)
             throw Refusal(413, "body-too-large", "a body of {} bytes; at most {} are taken", head.contentLength,
                           limits.mostBodyBytes);
+        if (bodyBytes + head.contentLength > 4 * limits.mostBodyBytes)
+            throw Refusal(503, "busy", "{} bytes of bodies are on their way; no more are taken", bodyBytes.load());
     } catch (const Refusal& refusal) {
         refuse(connection, begun, refusal);
         return false;
     }
-    {
-        const std::lock_guard lock(mutex);
-        sockets[begun.id] = connection.socket.get();
-    }
-    PacedStream stream(connection, limits);
-    bool isClosed = false;
-    const bool isGood = reader.process(stream, ends, isClosed, [&](httplib::Request& request) {
-        request.ranges.clear();  // frames come whole
-        request.headers.erase(idHeader);
-        request.set_header(idHeader, std::to_string(begun.id));
-        if (!saysLength) request.set_header("Content-Length", "0");  // else the library reads until the client hangs up
-    });
-    stream.settle();
-    {
-        const std::lock_guard lock(mutex);
-        sockets.erase(begun.id);
-    }
-    return isGood && !isClosed;
-}
-
-HttpRequest HttpServer::Impl::requestOf(const httplib::Request& from)
-{
-    HttpRequest request;
-    request.id = std::strtoull(from.get_header_value(idHeader).c_str(), nullptr, 10);
-    request.method = from.method;
-    const std::size_t mark = from.target.find('?');
-    request.path = from.target.substr(0, mark);
-    if (mark != std::string::npos) request.query = from.target.substr(mark + 1);
-    request.accept = from.get_header_value("Accept");
-    request.contentType = from.get_header_value("Content-Type");
-    request.ifNoneMatch = from.get_header_value("If-None-Match");
-    int socket = -1;
-    {
-        const std::lock_guard lock(mutex);
-        if (const auto found = sockets.find(request.id); found != sockets.end()) socket = found->second;
-    }
-    request.isGone = [socket] { return hasHungUp(socket); };
-    return request;
-}
-
-void HttpServer::Impl::answer(const httplib::Request& from, httplib::Response& response)
-{
-    const Timer clock;
-    HttpRequest request = requestOf(from);
-    request.body = from.body;
-    const HttpAnswer answer = handler(request);
-    response.status = answer.status;
-    for (const auto& [name, value] : answer.headers) response.set_header(name, value);
-    response.set_header("Virga-Request", std::to_string(request.id));
-    response.set_header("X-Content-Type-Options", "nosniff");
-    const std::size_t bytes = answer.body ? answer.body->size() : 0;
-    if (bytes > 0)
-        response.set_content_provider(
-            bytes, answer.type, [body = answer.body](std::size_t at, std::size_t length, httplib::DataSink& sink) {
-                return sink.write(body->data() + at, std::min<std::size_t>(length, 1 << 20));
-            });
-    note(request, answer.status, clock.milliseconds(), bytes);
+    bodyBytes += head.contentLength;
+    const bool staysOpen = exchange->serve(connection, begun.id, head, ends);
+    bodyBytes -= head.contentLength;
+    return staysOpen;
 }
 
 HttpServer::HttpServer(std::vector<Listener> listeners, const HttpLimits& limits, Admission admission, Handler handler,
@@ -447,15 +292,9 @@ HttpServer::HttpServer(std::vector<Listener> listeners, const HttpLimits& limits
     Impl& m = *impl_;
     m.limits = limits;
     m.admission = std::move(admission);
-    m.handler = std::move(handler);
-    m.note = std::move(note);
+    m.note = note;
     m.listeners = std::move(listeners);
-    m.reader.set_payload_max_length(limits.mostBodyBytes);
-    m.reader.set_keep_alive_max_count(std::size_t(1) << 30);
-    const auto any = [&m](const httplib::Request& request, httplib::Response& response) {
-        m.answer(request, response);
-    };
-    m.reader.Get(".*", any).Post(".*", any).Put(".*", any).Patch(".*", any).Delete(".*", any);
+    m.exchange = std::make_unique<HttpExchange>(limits, std::move(handler), std::move(note));
     m.epoll = Descriptor(epoll_create1(EPOLL_CLOEXEC));
     m.wake = Descriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (m.epoll.get() < 0 || m.wake.get() < 0) throw Error(ErrorCode::Output, "no descriptors are left");

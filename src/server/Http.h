@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/Connection.h"
 #include "server/RequestHead.h"
 
 namespace virga::server {
@@ -40,8 +41,8 @@ struct HttpLimits {
     std::uint64_t mostBodyBytes = std::uint64_t(256) << 20;
     std::size_t mostConnections = 4096;
     std::size_t mostThreads = 64;  ///< requests under way at a time; more wait
-    std::chrono::seconds headTime{10}, idleTime{75}, slack{10};
-    double leastBytesPerSecond = 262144;  ///< of bodies and answers, after `slack`
+    std::chrono::seconds headTime{10}, idleTime{75};
+    Pace pace{};  ///< of bodies and answers
 };
 
 struct Listener {

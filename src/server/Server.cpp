@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <algorithm>
+
 #include "core/Error.h"
 #include "core/Log.h"
 #include "server/Engine.h"
@@ -66,8 +68,11 @@ void serve(const ServeOptions& options, const std::function<void(const Serving&)
     Engine engine(options.root, options.device, options.cacheFolder, options.engine);
     if (!options.plate.empty()) openFirst(engine, options);
     Routes routes(engine);
+    // Whoever waits for a frame holds a thread; some are left for who asks how it goes.
+    HttpLimits limits = options.http;
+    limits.mostThreads = std::max(limits.mostThreads, options.engine.queue + 32);
     HttpServer http(
-        listeners, options.http, {options.token, options.isPublic},
+        listeners, limits, {options.token, options.isPublic},
         [&](const HttpRequest& request) { return routes.answer(request); },
         [&](const HttpRequest& request, int status, double ms, std::size_t bytes) {
             engine.services().metrics.countRequest(Routes::kindOf(request.path), status, 1e-3 * ms);

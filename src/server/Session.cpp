@@ -38,7 +38,7 @@ Session::Session(std::string id, const SessionDocument& document, Services& serv
         return;
     }
     const std::lock_guard lock(inputsMutex_);
-    shelfFor(services_.folder.resolve(settings_));
+    shelfFor(services_.folder.resolve(settings_), plateName());
 }
 
 Session::~Session()
@@ -67,6 +67,7 @@ shot::Settings Session::settings() const
 
 void Session::change(std::string_view json)
 {
+    const std::lock_guard oneByOne(changeMutex_);
     shot::Settings changed = settings();
     changeSettings(changed, json);
     services_.folder.resolve(changed);
@@ -91,9 +92,8 @@ std::string Session::plateName() const
 }
 
 /// inputsMutex_ is held.
-std::shared_ptr<PlateShelf> Session::shelfFor(const shot::Settings& settings)
+std::shared_ptr<PlateShelf> Session::shelfFor(const shot::Settings& settings, const std::string& path)
 {
-    const std::string path = plateName();
     std::string key =
         ServedFolder::stampOf(io::isFramePattern(path) ? std::filesystem::path(path).parent_path().string() : path, 0);
     for (const char* name :
@@ -198,7 +198,7 @@ nlohmann::json Session::describe()
     std::shared_ptr<PlateShelf> shelf;
     {
         const std::lock_guard lock(inputsMutex_);
-        if (!posted_ || !postedEnding_.empty()) shelf = shelfFor(services_.folder.resolve(now));
+        if (!posted_ || !postedEnding_.empty()) shelf = shelfFor(services_.folder.resolve(now), plateName());
     }
     if (shelf) {
         const io::PlateInfo& info = shelf->info();

@@ -111,7 +111,7 @@ private:
     };
     void count(int requests);
     std::string plateName() const;
-    std::shared_ptr<PlateShelf> shelfFor(const shot::Settings& settings);
+    std::shared_ptr<PlateShelf> shelfFor(const shot::Settings& settings, const std::string& plate);
     std::shared_ptr<const RenderInputs> inputsFor(const shot::Settings& settings, const std::string& fileStamps,
                                                   bool layers);
     Prepared prepare(const FrameQuery& query);
@@ -128,6 +128,7 @@ private:
     std::unique_ptr<ScratchFolder> scratch_;  // of posted plates
     std::string postedEnding_;
 
+    std::mutex changeMutex_;  // of changes: one after the other
     mutable std::mutex mutex_;
     shot::Settings settings_;
     std::chrono::steady_clock::time_point lastUsed_;

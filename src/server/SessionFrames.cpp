@@ -96,14 +96,15 @@ Session::Prepared Session::prepare(const FrameQuery& query)
     for (const shot::Parameter& p : shot::parameters()) task.settingsKey += shot::toText(task.settings, p) + "\n";
 
     const std::lock_guard lock(inputsMutex_);
-    result.shelf = shelfFor(task.settings);
+    const std::string platePath = plateName();
+    result.shelf = shelfFor(task.settings, platePath);
     const io::PlateInfo& plate = result.shelf->info();
     checkPixels(plate.width, plate.height, query.view.scale);
     if (!query.view.region.isEmpty()) checkPixels(query.view.region.width, query.view.region.height, 1);
     const FrameNumber asked =
         query.time_s ? plate.frames.front() + FrameNumber(std::floor(*query.time_s * plate.fps + 1e-6)) : query.frame;
     result.plateFrame = result.shelf->standIn(asked);
-    result.plateStamp = ServedFolder::stampOf(plateName(), result.plateFrame);
+    result.plateStamp = ServedFolder::stampOf(platePath, result.plateFrame);
     if (result.plateStamp.empty() && shot::onErrorOf(task.settings) == io::OnError::Stop)
         throw Refusal(422, "input", "plate '{}', frame {}: is no longer there", plateName_, result.plateFrame);
 
@@ -115,9 +116,10 @@ Session::Prepared Session::prepare(const FrameQuery& query)
     for (const std::string* path : {&s.depth, &s.env, &s.lights, &s.mattes, &s.camera, &s.gradeFrom, &s.ocio})
         if (!path->empty() && !io::isFramePattern(*path)) steadyStamps += *path + ServedFolder::stampOf(*path, 0) + "|";
     task.inputs = inputsFor(s, steadyStamps, query.wantsLayers());
-    result.pictureKey = fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", id_, task.settingsKey, task.inputs->key,
-                                    fileStamps, query.frame, result.plateFrame, result.plateStamp, query.view.scale,
-                                    windowText(query.view.region), windowText(query.dataWindow), query.wantsLayers());
+    result.pictureKey =
+        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", id_, task.settingsKey, task.inputs->key, fileStamps,
+                    query.frame, result.plateFrame, result.plateStamp, query.view.scale, query.view.later,
+                    windowText(query.view.region), windowText(query.dataWindow), query.wantsLayers());
     return result;
 }
 
@@ -235,6 +237,9 @@ FrameAnswer Session::frame(const FrameQuery& query, Format format, std::string_v
 FrameAnswer Session::plate(const FrameQuery& query, Format format, std::string_view ifNoneMatch)
 {
     const Use use(*this);
+    if (!(query.view == shot::View{}) || query.wantsLayers() || !query.dataWindow.isEmpty() || query.time_s)
+        throw Refusal(400, "invalid-argument",
+                      "a plate comes whole: without region, scale, time, layers and data window");
     Prepared prepared;
     prepared.task.query = query;
     shot::Settings given = settings();
@@ -242,9 +247,10 @@ FrameAnswer Session::plate(const FrameQuery& query, Format format, std::string_v
     prepared.task.settings = services_.folder.resolve(given);
     {
         const std::lock_guard lock(inputsMutex_);
-        prepared.shelf = shelfFor(prepared.task.settings);
+        const std::string platePath = plateName();
+        prepared.shelf = shelfFor(prepared.task.settings, platePath);
         prepared.plateFrame = prepared.shelf->standIn(query.frame);
-        prepared.plateStamp = ServedFolder::stampOf(plateName(), prepared.plateFrame);
+        prepared.plateStamp = ServedFolder::stampOf(platePath, prepared.plateFrame);
         prepared.pictureKey = fmt::format("{}|{}|", id_, shelfKey_);
     }
     FrameAnswer answer;

@@ -17,6 +17,33 @@ void blankOutside(ImageF& pixels, const Window& window)
             if (!window.contains({x, y, 1, 1})) std::fill_n(pixels.pixel(x, y), pixels.channels(), 0.0f);
 }
 
+/// The plate as the compositor is to have it for a view, which gets to know what of it is given: the frame, and around
+/// it what the region reaches for, out of an EXR's overscan where there is one.
+io::PlateFrame plateOf(const RenderTask& task, shot::View& view)
+{
+    io::PlateFrame plate = *task.plate;
+    plate.number = task.query.frame;
+    if (!task.query.dataWindow.isEmpty()) {
+        blankOutside(plate.pixels, task.query.dataWindow);
+        plate.content = 0;
+    }
+    if (view.scale == 1 && view.region.isEmpty()) return plate;
+    plate.content = 0;  // the pixels are others than those of the plate's frame
+    Window given{0, 0, plate.pixels.width(), plate.pixels.height()};
+    if (view.scale != 1) {
+        plate.pixels = shot::proxyOf(plate.pixels, view.scale);
+        given = {0, 0, plate.pixels.width(), plate.pixels.height()};
+    } else if (!given.contains(view.region) && task.query.dataWindow.isEmpty()) {
+        const int x = std::max({0, -view.region.x, view.region.right() - given.width});
+        const int y = std::max({0, -view.region.y, view.region.bottom() - given.height});
+        plate.pixels = io::withOverscan(plate, x, y);
+        given = {-x, -y, given.width + 2 * x, given.height + 2 * y};
+    }
+    view.plate = united(given, view.region.isEmpty() ? given : view.region);
+    plate.pixels = shot::placed(std::move(plate.pixels), given, view.plate);
+    return plate;
+}
+
 }  // namespace
 
 std::string RenderDevice::wanted() const
@@ -74,8 +101,8 @@ shot::Compositor& SessionRenderer::compositorFor(const RenderTask& task, bool la
     slot = {};
     shot::CompositorOptions options;
     options.wanted.layers = layers;
-    options.changes = true;
     options.device = device_.wanted();
+    options.changes = true;
     options.cacheFolder = cacheFolder_;
     slot.compositor =
         std::make_unique<shot::Compositor>(task.settings, task.inputs->shot, options, task.inputs->samples);
@@ -84,17 +111,13 @@ shot::Compositor& SessionRenderer::compositorFor(const RenderTask& task, bool la
     return *slot.compositor;
 }
 
-Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs)
+Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch,
+                                    std::map<std::string, double>& passMs)
 {
     shot::Compositor& compositor = compositorFor(task, task.query.wantsLayers());
-    const shot::View& view = task.query.view;
+    shot::View view = task.query.view;
     const shot::Shot& shot = task.inputs->shot;
-    io::PlateFrame plate = *task.plate;
-    plate.number = task.query.frame;
-    if (!task.query.dataWindow.isEmpty()) {
-        blankOutside(plate.pixels, task.query.dataWindow);
-        plate.content = 0;
-    }
+    io::PlateFrame plate = plateOf(task, view);
     Picture picture;
     picture.frameWidth = int(std::lround(shot.width * view.scale));
     picture.frameHeight = int(std::lround(shot.height * view.scale));

@@ -153,6 +153,32 @@ class FramesAreTheCommandLines(ServeTest):
         self.assertEqual(planes["G"][:5].max(), 0)
         self.assertEqual(planes["A"][:, 30:].max(), 0)
 
+    def test_a_region_is_the_crop_of_the_whole(self):
+        path = self.session(**SETTINGS, blur=1)
+        _, whole = raw(self.fetch(f"{path}/frames/0?samples=float&layers=beauty,rain", RAW).body)
+        for x, y, width, height in ((10, 5, 40, 30), (0, 0, 1, 1), (60, 40, 36, 14)):
+            answer = self.fetch(f"{path}/frames/0?samples=float&layers=beauty,rain&region={x},{y},{width},{height}", RAW)
+            self.assertEqual(answer.headers["Virga-Data-Window"], f"{x},{y},{width},{height}")
+            header, planes = raw(answer.body)
+            self.assertEqual((header["window"], header["size"]), ((x, y, width, height), (96, 54)))
+            for name, plane in planes.items():
+                np.testing.assert_allclose(plane, whole[name][y:y + height, x:x + width], atol=2e-4, err_msg=name)
+        part = self.saved(self.fetch(f"{path}/frames/0?region=10,5,40,30", "image/x-exr"), "part.exr")
+        np.testing.assert_allclose(readImage(part)[0][..., 1], whole["G"][5:35, 10:50], rtol=2e-3, atol=1e-3)
+        header, planes = raw(self.fetch(f"{path}/frames/0?region=-4,-2,20,10", RAW).body)  # beyond the frame
+        self.assertEqual(header["window"], (-4, -2, 20, 10))
+
+    def test_a_proxy_is_the_picture_reduced(self):
+        path = self.session()
+        _, whole = raw(self.fetch(f"{path}/frames/0?samples=float", RAW).body)
+        header, half = raw(self.fetch(f"{path}/frames/0?samples=float&scale=0.5", RAW).body)
+        self.assertEqual(header["size"], (48, 27))
+        reduced = whole["G"].reshape(27, 2, 48, 2).mean((1, 3))
+        self.assertLess(np.sqrt(np.mean((half["G"] - reduced) ** 2)), 0.05 * reduced.mean())
+        self.assertEqual(raw(self.fetch(f"{path}/frames/0?scale=0.25&region=0,0,8,8", RAW).body)[0]["size"], (24, 14))
+        self.assertEqual(readImage(self.saved(self.fetch(f"{path}/frames/0?scale=0.5", "image/png"), "half.png"))[0].shape[:2],
+                         (27, 48))
+
     def test_posted_plates(self):
         plate = street(seed=5)
         made = self.client.post("/sessions", {"plate": {"width": 96, "height": 54}, "settings": SETTINGS})

@@ -8,7 +8,7 @@ namespace virga::fuzz {
 std::vector<Target> targets()
 {
     std::vector<Target> all;
-    for (auto some : {coreTargets(), cameraTargets(), matteTargets(), ioTargets(), shotTargets()})
+    for (auto some : {coreTargets(), cameraTargets(), matteTargets(), ioTargets(), shotTargets(), serverTargets()})
         for (Target& target : some) all.push_back(std::move(target));
     return all;
 }

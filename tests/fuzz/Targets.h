@@ -25,6 +25,7 @@ std::vector<Target> cameraTargets();
 std::vector<Target> matteTargets();
 std::vector<Target> ioTargets();
 std::vector<Target> shotTargets();
+std::vector<Target> serverTargets();
 /// All of them.
 std::vector<Target> targets();
 
