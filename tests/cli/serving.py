@@ -82,7 +82,7 @@ class Server:
     def __init__(self, program, *arguments, cwd=None, env=None):
         self.process = subprocess.Popen([str(program), "serve", "--json", *map(str, arguments)], cwd=cwd, env=env,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.log = []
+        self.log, self.clients = [], []
         self.reader = threading.Thread(target=lambda: self.log.extend(self.process.stderr), daemon=True)
         self.reader.start()
         line = self.process.stdout.readline()
@@ -90,28 +90,36 @@ class Server:
             self.process.wait(30)
             self.reader.join(5)
             self.process.stdout.close()
+            self.process.stderr.close()
             raise RuntimeError("".join(self.log))
         self.ready = json.loads(line)
 
     def client(self):
         if self.ready["socket"]:
             path = self.ready["socket"]
-            return Client(lambda: UnixConnection(path))
+            return self.made(Client(lambda: UnixConnection(path)))
         return self.tcp()
+
+    def made(self, client):
+        self.clients.append(client)
+        return client
 
     def tcp(self, token=True):
         port = self.ready["port"]
-        return Client(lambda: http.client.HTTPConnection("127.0.0.1", port, timeout=120),
-                      self.ready["token"] if token else None)
+        return self.made(Client(lambda: http.client.HTTPConnection("127.0.0.1", port, timeout=120),
+                                self.ready["token"] if token else None))
 
     def memory_mb(self):
         with open(f"/proc/{self.process.pid}/status") as file:
             return next(int(line.split()[1]) for line in file if line.startswith("VmRSS")) / 1024
 
     def stop(self, number=signal.SIGTERM):
+        """The exit code. Requests under way are finished; clients are closed afterwards."""
         if self.process.poll() is None:
             self.process.send_signal(number)
         code = self.process.wait(60)
+        for client in self.clients:
+            client.close()
         self.reader.join(5)
         self.process.stdout.close()
         self.process.stderr.close()
