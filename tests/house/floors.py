@@ -1,6 +1,6 @@
 """Who may include whom: the floors of docs/design.md, and the folders that may name each outside library.
 
-    floors.py ROOT          checks ROOT/src, lib and cli; prints what is wrong, one line each, and fails
+    floors.py ROOT          checks ROOT/src, lib, cli and plugins; prints what is wrong, one line each, and fails
     floors.py --self-test   checks that the rules catch what they are for
 """
 
@@ -16,6 +16,7 @@ FLOORS = {
     "shot": 4,
     "bench": 5, "server": 5,
     "lib": 6, "cli": 6,
+    "plugins": 7,
 }
 
 # Library: (what its includes look like, folders whose .cpp files may name it, folders whose headers may as well).
@@ -55,7 +56,9 @@ def faults(path, text, depends):
         return
     for _, name in INCLUDE.findall(text):
         other = name.split("/")[0]
-        if "/" in name and other in FLOORS and other != folder:
+        if folder == "plugins" and "/" in name and other in FLOORS:
+            yield f"{path}: includes {name}: plug-ins see include/virga/virga.h alone"
+        elif "/" in name and other in FLOORS and other != folder:
             if FLOORS[other] >= FLOORS[folder]:  # neighbours on one floor do not know each other
                 yield (f"{path}: includes {name}: floor {FLOORS[folder]} ({folder}) may not include "
                        f"floor {FLOORS[other]} ({other})")
@@ -75,7 +78,7 @@ def check(root):
     for path in (root / "src").glob("*/CMakeLists.txt"):
         for folder, names in DEPENDS.findall(path.read_text(encoding="utf-8")):
             depends[folder] = names.split()
-    for folder in ("src", "lib", "cli"):
+    for folder in ("src", "lib", "cli", "plugins"):
         for path in sorted((root / folder).rglob("*")):
             if path.suffix in (".h", ".cpp"):
                 files += 1
@@ -93,6 +96,7 @@ def self_test():
         ("src/io/Libav.h", "#include <libavformat/avformat.h>\n"),
         ("src/matte/A.cpp", '#include "core/Image.h"\n'),
         ("src/sh/A.cpp", '#include "sh/Harmonics.h"\n#include <Eigen/Dense>\n'),
+        ("plugins/ofx/A.cpp", '#include "virga/virga.h"\n#include "abi/Ofx.h"\n'),
     ]
     forbidden = [
         ("src/core/A.cpp", '#include "sh/Harmonics.h"\n'),
@@ -103,6 +107,7 @@ def self_test():
         ("src/shot/A.cpp", 'extern "C" {\n#include <libavutil/frame.h>\n}\n'),
         ("src/matte/A.cpp", '#include "sh/Harmonics.h"\n'),
         ("src/attic/A.cpp", "#include <vector>\n"),
+        ("plugins/ofx/A.cpp", '#include "shot/Compositor.h"\n'),
     ]
     silent = [case for case in forbidden if not list(faults(*case, depends))]
     loud = [case for case in allowed if list(faults(*case, depends))]
