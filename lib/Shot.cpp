@@ -83,7 +83,7 @@ void Shot::addSample(FrameNumber frame, const virga_picture* given)
     colors_.use(settings_.ocio);
     ImageF pixels = readPixels(plate, whole, *colors_.toLinear(plate.colorspace(), plate.name()), nullptr);
     Sample& sample = samples_[frame];
-    sample.forLight = shot::averagedForLight(pixels);
+    sample.forLight = shot::averagedForLight(ImageRows(pixels));
     sample.whole = settings_.gradeFrom.empty() ? ImageF() : std::move(pixels);
     ++samplesCount_;
 }

@@ -7,6 +7,7 @@ extern "C" {
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include "core/Error.h"
 #include "io/Ffv1Checksum.h"
@@ -107,6 +108,17 @@ const AVFrame* MovieDecoder::kept(std::int64_t time) const
 /// Decodes until the picture is the newest in last_; false if it does not come.
 bool MovieDecoder::reach(std::size_t index)
 {
+    // An H.264 picture of nal_ref_idc 0 is built on by none: on the way to another it need not be decoded. (HEVC's are
+    // by higher sublayers.)
+    skips_ = decoder_->codec_id == AV_CODEC_ID_H264 && !index_.countsPictures;
+    const bool isReached = go(index);
+    if (isReached || !std::exchange(skips_, false)) return isReached;
+    restart();  // in case that it was the gaps
+    return go(index);
+}
+
+bool MovieDecoder::go(std::size_t index)
+{
     const std::vector<Picture>& pictures = index_.pictures;
     const std::int64_t target = pictures[index].time;
     // Decoding on is right when no key picture lies between, or when it is only a few pictures.
@@ -118,7 +130,7 @@ bool MovieDecoder::reach(std::size_t index)
     if (!drained_ && (isNear || isFresh) && decodeUntil(target)) return true;
     for (int earlier = 0; earlier < 2; ++earlier) {
         key = index_.countsPictures ? nullptr : index_.keyFor(index, earlier);
-        const bool fromStart = key == nullptr || !seekTo(*key);
+        const bool fromStart = key == nullptr || !seekTo(*key, target);
         if (fromStart) restart();
         if (decodeUntil(target)) return true;
         if (fromStart) break;
@@ -158,8 +170,9 @@ void MovieDecoder::restart()
 }
 
 /// To a key picture at or before `key`. False if the container cannot.
-bool MovieDecoder::seekTo(const Picture& key)
+bool MovieDecoder::seekTo(const Picture& key, std::int64_t target)
 {
+    target_ = target;
     for (const std::int64_t time : {key.time, key.decodeTime}) {
         if (time == AV_NOPTS_VALUE) continue;
         if (av_seek_frame(input_.container(), input_.streamIndex(), time, AVSEEK_FLAG_BACKWARD) < 0) continue;
@@ -177,6 +190,7 @@ bool MovieDecoder::seekTo(const Picture& key)
 /// Decodes on until the picture shown at `target` is the newest; false if it does not come.
 bool MovieDecoder::decodeUntil(std::int64_t target)
 {
+    target_ = target;
     for (int failures = 0; failures < 1000;) {
         Frame frame = makeFrame();
         const int result = avcodec_receive_frame(decoder_.get(), frame.get());
@@ -211,6 +225,7 @@ void MovieDecoder::send(const AVPacket& packet)
     if (index_.hasChecksums && checkFfv1Packet(packet.data, std::size_t(packet.size)) != Ffv1Checksum::Right)
         complaints_.add(timeOf(packet));
     decoder_->reordered_opaque = timeOf(packet);
+    decoder_->skip_frame = skips_ && timeOf(packet) < target_ ? AVDISCARD_NONREF : AVDISCARD_DEFAULT;
     if (avcodec_send_packet(decoder_.get(), &packet) < 0) ++counted_;  // a picture that will not come is one as well
 }
 

@@ -2,8 +2,8 @@
 //
 // A picture is reached by seeking to the last key picture that is not shown after it and decoding forward until the
 // picture with its time stamp comes out, so that leading pictures of an open GOP, which need the GOP before, are never
-// taken from a seek to their own GOP. Where the container has no time stamps or cannot seek, decoding starts at the
-// first packet.
+// taken from a seek to their own GOP. H.264 pictures on the way that nothing is built on are not decoded. Where the
+// container has no time stamps or cannot seek, decoding starts at the first packet.
 #pragma once
 
 #include <deque>
@@ -31,8 +31,9 @@ private:
     void open();
     void forget();
     void restart();
-    bool seekTo(const Picture& key);
+    bool seekTo(const Picture& key, std::int64_t target);
     bool reach(std::size_t index);
+    bool go(std::size_t index);
     bool decodeUntil(std::int64_t target);
     void send(const AVPacket& packet);
     void feed();
@@ -52,6 +53,8 @@ private:
     std::deque<Decoded> last_;         // the pictures that the decoder gave last, newest at the back
     std::int64_t lastTime_ = nowhere;  // presentation time of the newest
     std::int64_t counted_ = 0;         // pictures since restart(), lost ones included
+    std::int64_t target_ = nowhere;    // presentation time of the picture that is decoded towards
+    bool skips_ = false;               // what is shown before target_ and nothing is built on
     bool drained_ = false;             // the decoder has been told that there are no more packets
 };
 

@@ -7,6 +7,7 @@ extern "C" {
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 
 #include "core/Error.h"
 
@@ -64,8 +65,10 @@ void MovieInput::reopen()
     if (result < 0)
         throw Error(ErrorCode::Input, "{}: is not a movie that can be read ({}){}", name_, errorText(result),
                     spool_ ? "; raw pictures have to come with a header: -f nut, -f matroska or -f yuv4mpegpipe" : "");
+    // What the streams hold is found by decoding some of them, 20 ms at 1080p. QuickTime's packets do not change by it.
+    const bool isKnown = streamIndex_ >= 0 && std::string_view(context->iformat->name).starts_with("mov,");
     container_.reset(context);
-    result = avformat_find_stream_info(context, nullptr);
+    result = isKnown ? 0 : avformat_find_stream_info(context, nullptr);
     if (result < 0) throw Error(ErrorCode::Input, "{}: is damaged ({})", name_, errorText(result));
     if (streamIndex_ >= int(context->nb_streams))
         throw Error(ErrorCode::Input, "{}: has changed while it was being read", name_);

@@ -88,10 +88,10 @@ std::shared_ptr<const io::PlateFrame> PlateShelf::read(FrameNumber frame, const 
     return result;
 }
 
-shot::PlateSamples PlateShelf::samples(const shot::Settings& settings, bool light)
+shot::PlateSamples PlateShelf::samples(const shot::Settings& settings, bool light, bool standsStill)
 {
     shot::PlateSamples result;
-    run([&] { result = shot::samplePlate(*reader_, settings, light); });
+    run([&] { result = shot::samplePlate(*reader_, settings, light, standsStill); });
     return result;
 }
 

@@ -35,7 +35,8 @@ public:
     /// Throws Error(Input); null if it is damaged and the settings leave such frames out.
     std::shared_ptr<const io::PlateFrame> read(FrameNumber frame, const std::string& stamp);
 
-    shot::PlateSamples samples(const shot::Settings& settings, bool light);
+    /// See shot::samplePlate.
+    shot::PlateSamples samples(const shot::Settings& settings, bool light, bool standsStill);
 
 private:
     void run(const std::function<void()>& work);  // on the thread; waits; rethrows

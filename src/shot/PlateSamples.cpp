@@ -96,7 +96,20 @@ std::set<std::size_t> spreadOver(std::size_t frames, std::size_t count)
 
 }  // namespace
 
-ImageF averagedForLight(ConstImageViewF plate) { return averagedDown(plate, lightColumns); }
+ImageF averagedForLight(const RowSource& plate)
+{
+    const int step = (plate.width() + lightColumns - 1) / lightColumns;
+    ImageF result((plate.width() + step - 1) / step, (plate.height() + step - 1) / step, 4);
+    parallelFor(0, result.height(), 4, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
+        for (auto y = int(first); y < int(last); ++y) {
+            ImageF rows(plate.width(), std::min(step, plate.height() - y * step), 4);
+            plate.read(y * step, rows);
+            const ImageF mean = averagedDown(rows, lightColumns);
+            std::copy_n(mean.row(0), 4 * std::size_t(result.width()), result.row(y));
+        }
+    });
+    return result;
+}
 
 std::set<std::size_t> placesForLight(std::size_t frames, const Settings& settings)
 {
@@ -119,20 +132,30 @@ std::vector<FrameNumber> sampledFrames(const io::PlateInfo& plate, const Setting
     return frames;
 }
 
-PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light)
+PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool light, bool standsStill)
 {
     const std::vector<FrameNumber>& frames = reader.info().frames;
     const std::set<std::size_t> lit = light ? placesForLight(frames.size(), settings) : std::set<std::size_t>();
     const std::set<std::size_t> graded = placesForGrade(frames.size(), settings);
     std::set<std::size_t> all = lit;
     all.insert(graded.begin(), graded.end());
+    // A grade is judged by whole pictures.
+    reader.schedule({}, graded.empty() ? io::Pixels::Rows : io::Pixels::Light);
     PlateSamples samples;
+    bool isSteadySoFar = true;
+    std::string whyNot;
     for (const std::size_t place : all) {
+        const bool isForGrade = graded.contains(place);
+        if (!isSteadySoFar && !isForGrade) continue;
         try {
             std::optional<io::PlateFrame> frame = reader.read(frames[place]);
             if (!frame || !frame->repaired.empty()) continue;
-            if (lit.contains(place)) samples.forLight.push_back({frames[place], averagedForLight(frame->pixels)});
-            if (graded.contains(place)) samples.forGrade.push_back(std::move(frame->pixels));
+            if (lit.contains(place) && isSteadySoFar) {
+                samples.forLight.push_back({frames[place], frame->rows ? averagedForLight(*frame->rows)
+                                                                       : averagedForLight(ImageRows(frame->pixels))});
+                isSteadySoFar = !standsStill || isSteady(samples.forLight, whyNot);
+            }
+            if (isForGrade) samples.forGrade.push_back(std::move(frame->pixels));
         } catch (const Error& error) {  // named again if it is to be rendered
             log::detail("left out of the plate's light and grade: {}", error.what());
         }

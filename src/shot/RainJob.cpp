@@ -199,7 +199,7 @@ RainReport runRainJob(const Settings& settings, const RainJobOptions& options,
     Shot shot{plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     if (!planFrame(settings, {}, false).isPassThrough()) shot.track = shotTrack(settings, plate);
     const bool isLit = planFrame(settings, {.layers = options.layers}, false).features.light();
-    PlateSamples samples = samplePlate(*reader, settings, isLit);
+    PlateSamples samples = samplePlate(*reader, settings, isLit, shot.track.isStatic());
     const std::unique_ptr<FrameRenderer> renderer = rendererOf(settings, shot, options, samples, timeline);
     const std::unique_ptr<OverscanRenderer> overscan = overscanRendererOf(settings, shot, options, plate, samples);
     samples = {};  // whole frames

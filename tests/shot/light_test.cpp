@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
@@ -68,6 +69,65 @@ TEST(PlateSamples, CamerasAndLightThatChangeAreNotSteady)
     EXPECT_TRUE(isSteady({houses(0, 0, 1)}, why));
     EXPECT_TRUE(isSteady({{0, ImageF(64, 36, 4)}, {1, ImageF(64, 36, 4)}}, why));
     EXPECT_TRUE(isSteady({{0, ImageF(64, 36, 4, NAN)}, {1, ImageF(64, 36, 4, NAN)}}, why));
+}
+
+/// 101 frames of `frame`, which says what was read.
+class ReaderOfHouses final : public io::PlateReader {
+public:
+    explicit ReaderOfHouses(std::function<PlateSamples::Frame(FrameNumber)> frame) : frame_(std::move(frame))
+    {
+        info_.width = 480;
+        info_.height = 270;
+        for (FrameNumber n = 0; n <= 100; ++n) info_.frames.push_back(n);
+    }
+
+    const io::PlateInfo& info() const override { return info_; }
+    void schedule(const std::vector<FrameNumber>&, io::Pixels) override {}
+    std::optional<io::PlateFrame> read(FrameNumber number) override
+    {
+        asked.push_back(number);
+        io::PlateFrame frame;
+        frame.number = number;
+        frame.pixels = frame_(number).pixels;
+        return frame;
+    }
+
+    std::vector<FrameNumber> asked;
+
+private:
+    std::function<PlateSamples::Frame(FrameNumber)> frame_;
+    io::PlateInfo info_;
+};
+
+// A movie's frames may each take decoding all before it: whether the light is one for all is known from the first that
+// is not steady. What is said of it is what all of them would say.
+TEST(PlateSamples, AreReadAsFarAsTheyCount)
+{
+    using Numbers = std::vector<FrameNumber>;
+    const auto pans = [](FrameNumber n) { return houses(n, n < 50 ? 0 : 60, 1); };
+    Settings settings;
+    ReaderOfHouses panning(pans);
+    const PlateSamples samples = samplePlate(panning, settings, true, true);
+    EXPECT_EQ(panning.asked, (Numbers{0, 25, 50}));
+    std::string why;
+    EXPECT_FALSE(isSteady(samples.forLight, why));
+    EXPECT_EQ(why, "the picture moves");
+
+    // A track says where the frames look: all count. So they do where nothing moves.
+    ReaderOfHouses tracked(pans), still([](FrameNumber n) { return houses(n, 0, 1); });
+    EXPECT_EQ(samplePlate(tracked, settings, true, false).forLight.size(), 5u);
+    EXPECT_EQ(samplePlate(still, settings, true, true).forLight.size(), 5u);
+
+    // A grade is judged by first, middle and last.
+    settings.gradeFrom = "still.exr";
+    ReaderOfHouses graded(pans);
+    EXPECT_EQ(samplePlate(graded, settings, true, true).forGrade.size(), 3u);
+    EXPECT_EQ(graded.asked, (Numbers{0, 25, 50, 100}));
+
+    // Nothing is read where nothing asks for light or grade.
+    ReaderOfHouses unasked(pans);
+    samplePlate(unasked, Settings{}, false, true);
+    EXPECT_TRUE(unasked.asked.empty());
 }
 
 /// A uniform panorama.
