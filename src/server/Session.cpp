@@ -17,6 +17,16 @@
 #include "shot/Parameters.h"
 
 namespace virga::server {
+namespace {
+
+/// What the track, the frame rate and the samples of a plate depend on. Other parameters change a compositor.
+bool goesIntoInputs(std::string_view parameter)
+{
+    return parameter.starts_with("camera") || parameter == "fps" || parameter == "first-frame" ||
+           parameter == "env-frames" || parameter == "grade-from";
+}
+
+}  // namespace
 
 Services::Services(const std::string& root, const std::string& device_, std::string cacheFolder_,
                    const EngineLimits& limits_)
@@ -122,9 +132,7 @@ std::shared_ptr<const RenderInputs> Session::inputsFor(const shot::Settings& set
     std::string key = fmt::format("{}|{}|{}|{}|", fileStamps, isLit, needsSamples, settings.env.empty());
     if (!posted_ || needsSamples) key += shelfKey_;
     for (const shot::Parameter& p : shot::parameters())
-        if (std::string_view(p.group) == "camera" || std::string_view(p.name) == "env-frames" ||
-            std::string_view(p.name) == "grade-from")
-            key += shot::toText(settings, p) + "|";
+        if (goesIntoInputs(p.name)) key += shot::toText(settings, p) + "|";
     std::shared_ptr<const RenderInputs>& kept = inputs_[layers ? 1 : 0];
     if (kept && kept->key == key) return kept;
     const io::PlateInfo& plate = shelf_->info();
@@ -132,7 +140,7 @@ std::shared_ptr<const RenderInputs> Session::inputsFor(const shot::Settings& set
     made->key = key;
     made->shot = {plate.width, plate.height, settings.fps.value_or(plate.fps), plate.frames.front()};
     if (!shot::planFrame(settings, {}, false).isPassThrough()) made->shot.track = shot::shotTrack(settings, plate);
-    if (needsSamples) made->samples = shelf_->samples(settings, isLit);
+    if (needsSamples) made->samples = shelf_->samples(settings, isLit, made->shot.track.isStatic());
     return kept = made;
 }
 
