@@ -30,3 +30,22 @@ separate_arguments(words)
 run(${CC} -std=c99 -Wall -Wextra -Wpedantic -Werror ${flags} ${SOURCE}/consumer.c -o ${WORK}/consumer ${words}
     -Wl,-rpath,${prefix}/${LIBDIR})
 run(${WORK}/consumer brief)
+
+# The example of docs/library.md: a grey picture comes back wet.
+run(${CC} -std=c99 -Wall -Wextra -Wpedantic -Werror ${flags} ${EXAMPLE} -o ${WORK}/rain_on_a_frame ${words}
+    -Wl,-rpath,${prefix}/${LIBDIR})
+string(REPEAT "ddd" 3072 grey)  # 64 x 48
+file(WRITE ${WORK}/dry.ppm "P6\n64 48\n255\n${grey}")
+run(${WORK}/rain_on_a_frame ${WORK}/dry.ppm ${WORK}/wet.ppm 80)
+file(SIZE ${WORK}/dry.ppm dry)
+file(SIZE ${WORK}/wet.ppm wet)
+file(SHA1 ${WORK}/dry.ppm dryHash)
+file(SHA1 ${WORK}/wet.ppm wetHash)
+if(NOT dry EQUAL wet OR dryHash STREQUAL wetHash)
+  message(FATAL_ERROR "${EXAMPLE}: ${wet} bytes came out of ${dry}, changed or not")
+endif()
+execute_process(COMMAND ${WORK}/rain_on_a_frame ${WORK}/dry.ppm ${WORK}/wet.ppm -3 RESULT_VARIABLE code
+                ERROR_VARIABLE sentence)
+if(code EQUAL 0 OR NOT sentence MATCHES "rate.*-3.*0 to 2000")
+  message(FATAL_ERROR "${EXAMPLE} with a rate of -3: ${code}, ${sentence}")
+endif()

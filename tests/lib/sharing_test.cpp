@@ -142,6 +142,13 @@ TEST_F(Sharing, ADeviceThatIsNotThereIsReplacedByTheProcessor)
     EXPECT_EQ(deviceOf(processor), "processor, without OpenGL");
     EXPECT_EQ(deviceOf(absent).find("processor, without OpenGL, in place of device '999': "), 0u) << deviceOf(absent);
     EXPECT_NE(deviceOf(absent).find("no such device"), std::string::npos);
+    // So is a GPU, unless there is one.
+    ASSERT_EQ(virga_shot_set_device(absent.get(), "gpu"), VIRGA_OK);
+    ASSERT_EQ(render(absent.get(), 3, plate, again), VIRGA_OK) << virga_error_sentence();
+    const std::string gpu = deviceOf(absent);
+    EXPECT_TRUE(gpu.find("processor") == std::string::npos ||
+                gpu.find("in place of device 'gpu': no usable OpenGL") != std::string::npos)
+        << gpu;
     // Another one is tried once it is asked for.
     ASSERT_EQ(virga_shot_set_device(absent.get(), "cpu"), VIRGA_OK);
     ASSERT_EQ(render(absent.get(), 3, plate, again), VIRGA_OK);
