@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "Pixels.h"
 #include "core/Error.h"
@@ -9,12 +11,15 @@
 namespace virga::lib {
 namespace {
 
-FrameNumber checkedFrame(double frame)
+/// The frame that it lies in, and how much later than its beginning, 0 to under 1.
+std::pair<FrameNumber, double> checkedFrame(double frame)
 {
     constexpr double farthest = 9e15;  // beyond, doubles leave whole numbers out
-    if (!(std::abs(frame) <= farthest) || frame != std::round(frame))
-        throw Error(ErrorCode::InvalidArgument, "frame {}: must be a whole number within {:g}", frame, farthest);
-    return FrameNumber(frame);
+    if (!(std::abs(frame) <= farthest))
+        throw Error(ErrorCode::InvalidArgument, "frame {}: must be a number within {:g}", frame, farthest);
+    const double whole = std::floor(frame), later = frame - whole;
+    if (later >= 1) return {FrameNumber(whole) + 1, 0};  // so little before it that it rounds to it
+    return {FrameNumber(whole), later};
 }
 
 Window checkedRegion(const virga_window& given, const Window& frame)
@@ -40,7 +45,7 @@ Window frameAt(int width, int height, double scale)
 FrameRequest::FrameRequest(const virga_request* given, int width, int height, bool needsPictures)
 {
     const virga_request r = known(given);
-    number = checkedFrame(r.frame);
+    std::tie(number, later) = checkedFrame(r.frame);
     scale = checkedScale(r.scale);
     frame = frameAt(width, height, scale);
     region = checkedRegion(r.region, frame);
@@ -84,7 +89,8 @@ const Picture* FrameRequest::beauty() const
 
 shot::View FrameRequest::view(const Window& given) const
 {
-    return {scale, region == frame ? Window{} : region, given == frame && frame.contains(region) ? Window{} : given};
+    return {scale, region == frame ? Window{} : region, given == frame && frame.contains(region) ? Window{} : given,
+            later};
 }
 
 }  // namespace virga::lib

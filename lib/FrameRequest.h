@@ -26,6 +26,7 @@ struct FrameRequest {
     };
 
     FrameNumber number = 0;
+    double later = 0;  ///< the shutter opens so many frames after it begins, 0 to under 1
     double scale = 1;
     Window frame, region;  ///< at the scale
     std::optional<Picture> plate, depth;

@@ -193,18 +193,14 @@ Window Shot::plateFor(const FrameRequest& request, const Window& needed) const
 {
     const Picture& plate = *request.plate;
     const Window& given = plate.window();
-    if (!given.contains(overlap(needed, request.frame)))
+    if (!given.contains(needed))
         throw Error(ErrorCode::InvalidArgument,
                     "plate: its window of {} x {} at ({}, {}) does not hold what the region needs, {} x {} at ({}, {}) "
                     "(virga_shot_plate_needed)",
                     given.width, given.height, given.x, given.y, needed.width, needed.height, needed.x, needed.y);
     const int beside = interpolatesChroma(plate, request.beauty()) ? 2 : 0;
     const Window wide{needed.x - beside, needed.y - beside, needed.width + 2 * beside, needed.height + 2 * beside};
-    const Window part = overlap(given, wide);
-    if (part.isEmpty())
-        throw Error(ErrorCode::InvalidArgument, "plate: has no pixel of the region of {} x {} at ({}, {})",
-                    request.region.width, request.region.height, request.region.x, request.region.y);
-    return wholeChroma(plate, part);
+    return wholeChroma(plate, overlap(given, wide));
 }
 
 io::RenderedFrame Shot::draw(const FrameRequest& request, Call& call)
@@ -255,9 +251,6 @@ void Shot::copyPlate(const FrameRequest& request)
     const Picture& plate = *request.plate;
     const std::string working = colors_.working(plate.colorspace(), plate.name());
     const Window part = plateFor(request, request.region);
-    if (!plate.window().contains(request.region))
-        throw Error(ErrorCode::InvalidArgument, "plate: its window does not hold the region of {} x {} at ({}, {})",
-                    request.region.width, request.region.height, request.region.x, request.region.y);
     const ImageF nothing(request.region.width, request.region.height, 4);
     for (const auto& [layer, output] : request.outputs) {
         const auto toCodes = colors_.toCodes(working, output.colorspace(), output.name());

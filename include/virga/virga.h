@@ -241,7 +241,7 @@ typedef int (*virga_progress)(void* user, double done);
  * rain over (splash over (fog over graded_plate)) is the beauty, where a over b = a + (1 - a.A) b. */
 typedef struct virga_request {
     size_t struct_size; /* sizeof(virga_request) */
-    double frame;       /* a whole number */
+    double frame;       /* exposed from frame / fps seconds on; 10.5 is half-way between two, for what is retimed */
     double scale;       /* of each side, over 0 to 1: a proxy of round(width * scale) x round(height * scale) pixels, in
                            which all windows are; 0 stands for 1 */
     virga_window region;        /* to be made; zero width and height: the whole frame */

@@ -218,9 +218,9 @@ TEST_F(Errors, OfSizesStridesAndWindows)
 
 TEST_F(Errors, OfFramesAndScales)
 {
-    for (const double frame : {0.5, double(NAN), double(INFINITY), 1e16, -1e300}) {
+    for (const double frame : {double(NAN), double(INFINITY), 1e16, -1e300}) {
         request.frame = frame;
-        refused({"frame", "whole number"});
+        refused({"frame", "within"});
     }
     request.frame = 0;
     for (const double scale : {-1.0, 1.01, double(NAN), double(INFINITY)}) {

@@ -43,6 +43,52 @@ TEST_F(Frames, AreTheSameInAnyOrder)
     }
 }
 
+// Half-way between two frames at 24 a second is a frame at 48.
+TEST_F(Frames, MayLieBetweenWholeNumbers)
+{
+    for (const double number : {10.5, -3.25, 0.0}) {
+        set("fps", "auto");
+        request.frame = number;
+        request.beauty = &beauty.picture;
+        ASSERT_EQ(go(), VIRGA_OK) << virga_error_sentence();
+        set("fps", "96");
+        request.frame = 4 * number;
+        request.beauty = &again.picture;
+        ASSERT_EQ(go(), VIRGA_OK);
+        EXPECT_EQ(again.planes(), beauty.planes()) << number;
+    }
+    set("fps", "auto");
+    request.frame = 10;
+    ASSERT_EQ(go(), VIRGA_OK);
+    request.frame = 10.5;
+    request.beauty = &beauty.picture;
+    ASSERT_EQ(go(), VIRGA_OK);
+    EXPECT_NE(again.planes(), beauty.planes());
+}
+
+// Beyond the frame there is rain where there is a plate: what the region needs must be given.
+TEST_F(Frames, RegionsMayReachBeyondTheFrame)
+{
+    ASSERT_EQ(virga_shot_add_plate_sample(shot.get(), 0, &plate.picture), VIRGA_OK);
+    ASSERT_EQ(go(), VIRGA_OK);
+    request.region = {-8, -4, 40, 30};
+    request.beauty = &again.picture;
+    again.picture.window = {-8, -4, width, height};
+    EXPECT_EQ(go(), VIRGA_ERROR_INVALID_ARGUMENT);
+    EXPECT_NE(std::string(virga_error_sentence()).find("40 x 30 at (-8, -4) (virga_shot_plate_needed)"),
+              std::string::npos);
+    Frame wide(40, 30);
+    paint(wide);
+    for (int y = 0; y < 26; ++y) std::copy_n(plate.pixel(0, y), 4 * 32, wide.floats() + 4 * ((y + 4) * 40 + 8));
+    wide.picture.window = request.region;
+    request.plate = &wide.picture;
+    ASSERT_EQ(go(), VIRGA_OK) << virga_error_sentence();
+    for (int y = 0; y < 26; ++y)
+        for (int x = 0; x < 32; ++x)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_NEAR(again.pixel(x + 8, y + 4)[c], beauty.pixel(x, y)[c], 2e-4f) << x << ", " << y;
+}
+
 // What was set and set back leaves no trace, whatever was made anew in between.
 TEST_F(Frames, AreThoseOfTheSettingsAsTheyAre)
 {
