@@ -56,7 +56,8 @@ class InHosts(CliTest):
         return codes(self.folder / "ffmpeg.mkv"), done.stderr
 
     def byMelt(self, plate, *more, **values):
-        # melt 7.12 now and then stops its consumer before it has begun and waits for ever: it is asked again.
+        # melt 7.12 now and then ends its consumer before the first frame, and before the filter is called, and then waits for
+        # ever: it is asked again.
         out = self.folder / "melt.mkv"
         for _ in range(8):
             out.unlink(missing_ok=True)
