@@ -114,10 +114,9 @@ virga_picture Image::picture(const FrameInPlane& frame) const
     picture.layout = layout_;
     picture.samples = samples_;
     picture.is_straight = isStraight_;
-    picture.window = intersection(frame.windowOf(bounds_), {0, 0, frame.width, frame.height});
-    if (picture.window.width == 0) return picture;
-    const OfxRectI plane = frame.planeOf(picture.window);
-    picture.planes[0] = pixel(plane.x1, plane.y2 - 1);
+    picture.window = frame.windowOf(bounds_);
+    if (picture.window.width < 1 || picture.window.height < 1) return picture;
+    picture.planes[0] = pixel(bounds_.x1, bounds_.y2 - 1);
     picture.row_stride[0] = -rowBytes_;
     return picture;
 }

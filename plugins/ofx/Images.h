@@ -62,7 +62,7 @@ public:
     /// The lower left pixel of pixel (x, y) of the plane.
     std::byte* pixel(int x, int y) const;
 
-    /// The part of it inside the frame, top row first. No colour space is said.
+    /// All of it, top row first; what lies outside the frame is overscan. No colour space is said.
     virga_picture picture(const FrameInPlane& frame) const;
 
 private:

@@ -264,10 +264,12 @@ void definePanel(OfxParamSetHandle set)
                    "graded plate)) is the picture",
                    outputs);
     const char* const frames[] = {"The source's region", "The project's format"};
-    definer.choice(control::frame, "Frame is",
-                   "what the camera sees: the lens's axis goes through its middle, the field of view over its width. "
-                   "The project's format for sources whose region changes",
-                   frames);
+    definer.choice(
+        control::frame, "Frame is",
+        "what the camera sees: the lens's axis goes through its middle, the field of view over its width. "
+        "The project's format for sources with overscan, and those whose region changes; it rains in the overscan "
+        "too",
+        frames);
     const char* const pixels[] = {"As the host says, else by bit depth", "Scene-linear", "Video (sRGB)",
                                   "As named below"};
     definer.choice(control::pixels, "Pixels are",

@@ -163,7 +163,7 @@ OfxStatus Rain::regionsOfInterest(const Properties& in, const Properties& out)
         virga_request request = virga_request_default();
         request.frame = frameAt(time);
         request.scale = scale;
-        request.region = intersection(place.frame.windowOf(place.plane(region)), place.whole());
+        request.region = place.frame.windowOf(place.plane(region));
         virga_window window{};
         if (request.region.width > 0 && virga_shot_plate_needed(shot_->get(), &request, &window) == VIRGA_OK)
             needed = place.canonical(window);

@@ -1,8 +1,6 @@
 // Rain::render: fetch what the frame needs, render it on a thread beside, and watch for the host's wish to stop.
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstring>
 #include <future>
 #include <memory>
 #include <string_view>
@@ -24,26 +22,6 @@ std::size_t hashOf(const virga_picture& picture, std::size_t pixelBytes)
         hash = hash * 1099511628211u ^ std::hash<std::string_view>()(bytes);
     }
     return hash;
-}
-
-/// Pixels of the render window that lie outside the frame are the source's.
-void passThrough(const Image& source, const Image& output, const OfxRectI& window, const OfxRectI& frame)
-{
-    const bool isSame = !source.isEmpty() && source.layout() == output.layout() && source.samples() == output.samples();
-    const auto isIn = [](const OfxRectI& r, int x, int y) { return x >= r.x1 && x < r.x2 && y >= r.y1 && y < r.y2; };
-    for (int y = window.y1; y < window.y2; ++y)
-        for (int x = window.x1; x < window.x2; ++x) {
-            if (isIn(frame, x, y)) continue;
-            if (isSame && isIn(source.bounds(), x, y))
-                std::memcpy(output.pixel(x, y), source.pixel(x, y), output.pixelBytes());
-            else
-                std::memset(output.pixel(x, y), 0, output.pixelBytes());
-        }
-}
-
-OfxRectI intersection(const OfxRectI& a, const OfxRectI& b)
-{
-    return {std::max(a.x1, b.x1), std::max(a.y1, b.y1), std::min(a.x2, b.x2), std::min(a.y2, b.y2)};
 }
 
 }  // namespace
@@ -114,11 +92,10 @@ OfxStatus Rain::render(const Properties& in)
 void Rain::renderInto(Work& work)
 {
     const Place& place = work.place;
-    const OfxRectI framePlane = place.frame.planeOf(place.whole());
     virga_request request = virga_request_default();
     request.frame = frameAt(work.time);
     request.scale = place.scale;
-    request.region = virga::ofxplugin::intersection(place.frame.windowOf(work.window), place.whole());
+    request.region = place.frame.windowOf(work.window);  // beyond the frame it is overscan
 
     // What stands for the whole clip, and what of the plate this frame needs.
     bool needsSamples = false;
@@ -133,23 +110,17 @@ void Rain::renderInto(Work& work)
         giveEnvironment(shot, work);
     };
     virga_window needed = place.whole();
-    if (request.region.width > 0)
-        withShot(place, work.texts, [&](SetShot& shot) {
-            giveLight(shot);
-            needs(virga_shot_plate_needed(shot.get(), &request, &needed));
-        });
+    withShot(place, work.texts, [&](SetShot& shot) {
+        giveLight(shot);
+        needs(virga_shot_plate_needed(shot.get(), &request, &needed));
+    });
 
-    const OfxRectI neededPlane = place.frame.planeOf(needed);
-    const OfxRectD region = place.canonical(
-        place.frame.windowOf({std::min(neededPlane.x1, work.window.x1), std::min(neededPlane.y1, work.window.y1),
-                              std::max(neededPlane.x2, work.window.x2), std::max(neededPlane.y2, work.window.y2)}));
+    const OfxRectD region = place.canonical(needed);
     const Image source(source_, work.time, &region);
     const Image output(output_, work.time, nullptr);
     if (output.isEmpty()) throw Failure(ofx::statFailed, "the host gave no image to render into");
-    const OfxRectI window = intersection(work.window, output.bounds());
-    passThrough(source, output, window, framePlane);
-    request.region = virga::ofxplugin::intersection(place.frame.windowOf(window), place.whole());
-    if (request.region.width == 0) return;
+    request.region = intersection(request.region, place.frame.windowOf(output.bounds()));
+    if (request.region.width == 0) throw Failure(ofx::statFailed, "the host gave no pixels to render into");
 
     std::string plateSpace, outputSpace;
     const virga_window within = source.isEmpty() ? virga_window{} : source.picture(place.frame).window;

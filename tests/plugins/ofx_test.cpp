@@ -532,20 +532,52 @@ TEST_F(Ofx, FramesThatLieElsewhere)
     ASSERT_EQ(moved.create(), ofx::statOk);
     EXPECT_EQ(
         largestDifference(rain.render(1, whole).pixels, moved.render(1, {-40, 30, width - 40, height + 30}).pixels), 0);
-    // A source that is less than the project: the camera sees the project, what is outside stays empty.
-    HostEffect& cropped = effect();
-    heavyRain(cropped);
-    cropped.set("frame", 1);
-    ASSERT_EQ(cropped.create(), ofx::statOk);
-    cropped.clip("Source").region = {16, 0, width, height};
-    cropped.clip("Source").frame = [](double t) {
-        const ImageF all = plate(t);
+}
+
+TEST_F(Ofx, OverscanIsOutsideTheCamera)
+{
+    start();
+    const ImageF expected = [&] {
+        HostEffect& rain = effect();
+        heavyRain(rain);
+        EXPECT_EQ(rain.create(), ofx::statOk);
+        return rain.render(1, whole).pixels;
+    }();
+    constexpr int more = 12;
+    HostEffect& rain = effect();
+    heavyRain(rain);
+    rain.set("frame", 1);
+    ASSERT_EQ(rain.create(), ofx::statOk);  // in a project of the frame's size
+    const auto wide = [](double t) {
+        const ImageF inner = plate(t);
+        ImageF image(width + 2 * more, height + 2 * more, 4);
+        for (int y = 0; y < image.height(); ++y)
+            for (int x = 0; x < image.width(); ++x)
+                std::copy_n(inner.pixel(std::clamp(x - more, 0, width - 1), std::clamp(y - more, 0, height - 1)), 4,
+                            image.pixel(x, y));
+        return image;
+    };
+    rain.clip("Source").region = {-more, -more, width + more, height + more};
+    rain.clip("Source").frame = wide;
+    const auto all = rain.render(1, {-more, -more, width + more, height + more});
+    ASSERT_EQ(all.status, ofx::statOk) << host_->messages.back();
+    EXPECT_LT(largestDifference(expected, all.pixels, more, more), 1e-4);
+    double outside = 0;
+    const ImageF dry = wide(1);
+    for (int y = 0; y < dry.height(); ++y)
+        for (int x = 0; x < more; ++x)
+            outside = std::max(outside, std::abs(double(dry.at(x, y, 0) * 0.9F - all.pixels.at(x, y, 0))));
+    EXPECT_GT(outside, 0.01);
+    EXPECT_LT(largestDifference(rain.render(1, whole).pixels, expected), 1e-4);
+    // A source that is less than the project: the rest is rain over nothing.
+    rain.clip("Source").region = {16, 0, width, height};
+    rain.clip("Source").frame = [](double t) {
+        const ImageF frame = plate(t);
         ImageF part(width - 16, height, 4);
-        for (int y = 0; y < height; ++y) std::copy_n(all.pixel(16, y), 4 * (width - 16), part.pixel(0, y));
+        for (int y = 0; y < height; ++y) std::copy_n(frame.pixel(16, y), 4 * (width - 16), part.pixel(0, y));
         return part;
     };
-    EXPECT_EQ(cropped.render(1, whole).status, ofx::statOk);
-    EXPECT_EQ(cropped.render(1, {-10, -10, width + 10, height + 10}).status, ofx::statOk);
+    EXPECT_EQ(rain.render(1, whole).status, ofx::statOk);
 }
 
 TEST_F(Ofx, StopsWhenTheHostWants)
