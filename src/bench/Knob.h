@@ -64,7 +64,7 @@ std::vector<Knob> pictureKnobs();     ///< threshold, strokes, env-order, blur, 
 std::vector<Knob> rainKnobs();        ///< size-classes, cell-size
 std::vector<Knob> strokeKnobs();      ///< coverage, mattes, stacking
 std::vector<Knob> lightKnobs();       ///< light-order, light-map, env-projection, fog-table
-std::vector<Knob> extractionKnobs();  ///< extract-tolerance, extract-rounds
+std::vector<Knob> extractionKnobs();  ///< extract-tolerance, extract-rounds, extract-pyramid
 
 /// All of them, in the order of the page.
 std::vector<Knob> allKnobs();

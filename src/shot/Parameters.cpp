@@ -31,7 +31,7 @@ constexpr Parameter table[] = {
     {"near", "rain", "m", 0.01, 1e4, "no stroke nearer than this", &S::near_m},
     {"far", "rain", "m", 0.02, 1e6, "no rain beyond this, drawn or as fog", &S::far_m},
     {"threshold", "rain", "", 1e-5, 0.5, "least opacity of a stroke that is drawn; fainter ones are fog", &S::threshold, nullptr,
-     "RMSE 0.066 of the plate's mean and FLIP 0.083 against every drop drawn, as --opacity 5 is not fog's; 0.0036 and 0.0065 at --opacity 1, where another seed is 0.0048 and 0.0057 away (virga bench curves --only threshold)"},
+     "RMSE 0.065 of the plate's mean and FLIP 0.083 against every drop drawn, as --opacity 5 is not fog's; 0.0036 and 0.0065 at --opacity 1, where another seed is 0.0048 and 0.0057 away (virga bench curves --only threshold)"},
     {"thin", "rain", "", 0, 0.5, "strokes fainter than this are drawn in smaller number and denser, as far as they still overlap: the rain's mean, variance and spectrum stay; 0 draws each one", &S::thin},
     {"seed", "rain", "", 0, 4294967295.0, "another number, other drops", &S::seed},
     {"mattes", "rain", "", 0, 0, "stroke atlas to draw with (image, with or without a .json beside it)", &S::mattes},

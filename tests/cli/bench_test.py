@@ -144,8 +144,9 @@ class Curves(CliTest):
         self.assertLess(by["256"], 0.2 * by["16"])
 
     def test_extraction(self):
-        for row in self.curve("extract-rounds", "1"):
-            self.assertLess(float(row["alpha_rmse"]), 0.02)
+        for knob, value in (("extract-rounds", "1"), ("extract-pyramid", "3")):
+            for row in self.curve(knob, value):
+                self.assertLess(float(row["alpha_rmse"]), 0.02)
 
     @unittest.skipUnless(os.environ.get("VIRGA_FOOTAGE_DIR"), "VIRGA_FOOTAGE_DIR is not set")
     def test_footage(self):
