@@ -102,7 +102,7 @@ std::vector<std::shared_ptr<Session>> Engine::all() const
 
 void Engine::sweep()
 {
-    std::vector<std::shared_ptr<Session>> idle;  // destroyed without the lock: they wait for the queue
+    std::vector<std::shared_ptr<Session>> idle;
     {
         const std::lock_guard lock(mutex_);
         for (auto at = sessions_.begin(); at != sessions_.end();) {
@@ -114,7 +114,11 @@ void Engine::sweep()
             at = sessions_.erase(at);
         }
     }
-    for (const auto& session : idle) log::info("session {} was idle and is closed", session->id());
+    for (std::shared_ptr<Session>& session : idle) {
+        log::info("session {} was idle and is closed", session->id());
+        // Ends on the queue's thread, so that nobody waits here for what is being rendered.
+        services_.queue->submit(0, [last = std::move(session)](const shot::RenderQueue::Ticket&) {});
+    }
     services_.shared.sweep();
 }
 

@@ -97,15 +97,19 @@ void HttpServer::Impl::accept(const Listener& listener)
 {
     while (true) {
         Descriptor socket(accept4(listener.socket, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-        if (socket.get() < 0) return;
-        if (alive >= limits.mostConnections) {
-            // The one that has been idle the longest makes room; if all work, the new one goes.
+        const bool isFull = socket.get() < 0 && (errno == EMFILE || errno == ENFILE);
+        if (socket.get() < 0 && !isFull) return;
+        if (isFull || alive >= limits.mostConnections) {
+            // The one that has been idle the longest makes room; if all work, the new one goes, or waits where there is
+            // not even a descriptor to take it with.
             const auto oldest = std::min_element(idle.begin(), idle.end(), [](const auto& a, const auto& b) {
                 return a.second->deadline < b.second->deadline;
             });
-            if (oldest == idle.end()) continue;
+            if (oldest == idle.end() && !isFull) continue;
+            if (oldest == idle.end()) return;
             idle.erase(oldest);
             --alive;
+            if (isFull) continue;
         }
         const int yes = 1;
         if (listener.isTcp) setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);

@@ -117,7 +117,7 @@ Session::Prepared Session::prepare(const FrameQuery& query)
         if (!path->empty() && !io::isFramePattern(*path)) steadyStamps += *path + ServedFolder::stampOf(*path, 0) + "|";
     task.inputs = inputsFor(s, steadyStamps, query.wantsLayers());
     result.pictureKey =
-        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", id_, task.settingsKey, task.inputs->key, fileStamps,
+        fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", platePath, task.settingsKey, task.inputs->key, fileStamps,
                     query.frame, result.plateFrame, result.plateStamp, query.view.scale, query.view.later,
                     windowText(query.view.region), windowText(query.dataWindow), query.wantsLayers());
     return result;
@@ -251,7 +251,7 @@ FrameAnswer Session::plate(const FrameQuery& query, Format format, std::string_v
         prepared.shelf = shelfFor(prepared.task.settings, platePath);
         prepared.plateFrame = prepared.shelf->standIn(query.frame);
         prepared.plateStamp = ServedFolder::stampOf(platePath, prepared.plateFrame);
-        prepared.pictureKey = fmt::format("{}|{}|", id_, shelfKey_);
+        prepared.pictureKey = fmt::format("{}|{}|", platePath, shelfKey_);
     }
     FrameAnswer answer;
     answer.etag = etagOf(fmt::format("plate|{}|{}|{}|{}|{}|{}|{}|{}", prepared.pictureKey, prepared.plateFrame,

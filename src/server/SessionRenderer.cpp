@@ -111,8 +111,7 @@ shot::Compositor& SessionRenderer::compositorFor(const RenderTask& task, bool la
     return *slot.compositor;
 }
 
-Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch,
-                                    std::map<std::string, double>& passMs)
+Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch, std::map<std::string, double>& passMs)
 {
     shot::Compositor& compositor = compositorFor(task, task.query.wantsLayers());
     shot::View view = task.query.view;
