@@ -345,6 +345,10 @@ io::RenderedFrame Compositor::render(io::PlateFrame plate, std::shared_ptr<RowSi
 
 io::RenderedFrame Compositor::render(io::PlateFrame plate, const View& view, const Watch& watch)
 {
+    if (plate.rows) {
+        plate.pixels = wholePicture(*plate.rows);
+        plate.rows = nullptr;
+    }
     return impl_->render(std::move(plate), impl_->windowsFor(view), view.later, nullptr, watch);
 }
 

@@ -160,6 +160,7 @@ PlateSamples samplePlate(io::PlateReader& reader, const Settings& settings, bool
             log::detail("left out of the plate's light and grade: {}", error.what());
         }
     }
+    reader.schedule({}, io::Pixels::Light);  // what it is read for next says its own
     return samples;
 }
 
