@@ -1,6 +1,7 @@
 // Pictures of every format: what nothing changes comes back, bit for bit or as the codes that it was; what is drawn is
 // the same in all of them.
 #include <cmath>
+#include <ostream>
 #include <random>
 
 #include "Caller.h"
@@ -16,6 +17,9 @@ struct Format {
     bool hasAlphaPlane;
     const char* colorspace;
 };
+
+/// CTest's names have it.
+void PrintTo(const Format& format, std::ostream* out) { *out << format.name; }
 
 constexpr Format formats[] = {
     {"rgba8", VIRGA_RGBA, VIRGA_UINT8, 0, false, "sRGB"},
