@@ -41,7 +41,7 @@ struct Session::Flight {
     std::exception_ptr error;
     std::shared_ptr<const Picture> picture;
     double render_ms = 0;
-    std::atomic<bool> isWanted = true;
+    std::atomic<bool> isWanted = true, hasBegun = false;
 
     void finish(std::shared_ptr<const Picture> result, std::exception_ptr problem)
     {
@@ -143,6 +143,7 @@ std::shared_ptr<const Picture> Session::pictureOf(Prepared& prepared, const std:
 
     const auto work = [self = shared_from_this(), flight, task = prepared.task,
                        key = prepared.pictureKey](const shot::RenderQueue::Ticket& ticket) {
+        flight->hasBegun = true;
         try {
             std::shared_ptr<const Picture> picture = self->services_.pictures.find(key);
             if (!picture) {
@@ -290,8 +291,9 @@ void Session::prefetch(const FrameQuery& query)
     Prepared prepared = prepare(quiet);
     if (services_.pictures.find(prepared.pictureKey)) return;
     FrameAnswer answer;
-    pictureOf(
-        prepared, takeOff({}), [this] { return services_.queue->waiting() > 0; }, answer);
+    const std::shared_ptr<Flight> flight = takeOff({});
+    const auto othersWait = [&] { return services_.queue->waiting() > (flight->hasBegun ? 0U : 1U); };
+    pictureOf(prepared, flight, othersWait, answer);
     services_.metrics.countPrefetched();
 }
 

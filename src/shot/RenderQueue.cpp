@@ -1,5 +1,6 @@
 #include "shot/RenderQueue.h"
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <utility>
@@ -122,7 +123,7 @@ void RenderQueue::run(const std::function<void()>& work)
 std::size_t RenderQueue::waiting() const
 {
     const std::lock_guard lock(mutex_);
-    return waiting_.size();
+    return std::size_t(std::count_if(waiting_.begin(), waiting_.end(), [](const auto& s) { return !s->cancelled; }));
 }
 
 void RenderQueue::serve()
@@ -134,8 +135,13 @@ void RenderQueue::serve()
         changed_.wait(lock, [&] { return !waiting_.empty() || ends_; });
         if (waiting_.empty()) return;
         Ticket ticket;
-        ticket.state_ = *waiting_.begin();
-        waiting_.erase(waiting_.begin());
+        // What was given up goes first: it costs nothing, holds what it was to work on, and its own turn might never
+        // come.
+        const auto givenUp =
+            std::find_if(waiting_.begin(), waiting_.end(), [](const auto& s) { return s->cancelled.load(); });
+        const auto next = givenUp != waiting_.end() ? givenUp : waiting_.begin();
+        ticket.state_ = *next;
+        waiting_.erase(next);
         lock.unlock();
         const bool begins = ticket.state_->begin();
         std::exception_ptr error;

@@ -49,7 +49,7 @@ public:
     /// Before everything else, and waits. From the queue's own thread: at once. Rethrows.
     void run(const std::function<void()>& work);
 
-    std::size_t waiting() const;  ///< work that has not begun
+    std::size_t waiting() const;  ///< work that has not begun and is not given up
 
 private:
     struct Order {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -46,6 +47,30 @@ ErrorCode codeOf(const RenderQueue::Ticket& ticket)
     }
     ADD_FAILURE() << "nothing was thrown";
     return ErrorCode::Internal;
+}
+
+TEST(RenderQueue, WhatIsGivenUpNeitherCountsNorKeepsWhatItWasToWorkOn)
+{
+    RenderQueue queue;
+    Gate first, second;
+    auto held = std::make_shared<int>(1);
+    const std::weak_ptr<int> isHeld = held;
+    std::atomic<bool> hasBegun = false;
+    queue.submit(9, [&](const auto&) { first.pass(); });
+    RenderQueue::Ticket least = queue.submit(-1000, [held](const auto&) {});
+    const RenderQueue::Ticket busy = queue.submit(5, [&](const auto&) {
+        hasBegun = true;
+        second.pass();
+    });
+    held.reset();
+    while (queue.waiting() > 2) std::this_thread::yield();  // the first has begun
+    least.cancel();
+    EXPECT_EQ(queue.waiting(), 1u);
+    first.open();
+    while (!hasBegun) std::this_thread::yield();
+    EXPECT_TRUE(isHeld.expired());  // though more important work never ends
+    second.open();
+    busy.wait();
 }
 
 TEST(RenderQueue, WorksByPriorityThenInOrder)
