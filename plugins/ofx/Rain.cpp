@@ -22,7 +22,11 @@ const std::string& textOf(const char* row, const std::vector<std::string>& texts
 
 }  // namespace
 
-double frameAt(OfxTime time) { return std::floor(time + 1e-6); }
+double frameAt(OfxTime time)
+{
+    const double whole = std::round(time);
+    return std::abs(time - whole) < 1e-6 ? whole : time;
+}
 
 double scaleOf(const Properties& in)
 {

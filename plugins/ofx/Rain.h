@@ -19,7 +19,7 @@
 
 namespace virga::ofxplugin {
 
-/// OpenFX's time counts frames; a fraction (a retimed clip, a field) is the frame that it lies in.
+/// OpenFX's time counts frames; a fraction (a retimed clip) is between two. What sums of steps are off by is not one.
 double frameAt(OfxTime time);
 /// The scale of a render. Throws Failure unless it is the same both ways and within (0, 1].
 double scaleOf(const Properties& in);

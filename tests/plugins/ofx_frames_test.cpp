@@ -184,7 +184,10 @@ TEST_F(Ofx, TimesAreFrames)
     rain.clip("Source").frame = [](double) { return plate(0); };
     ASSERT_EQ(rain.create(), ofx::statOk);
     const ImageF second = rain.render(2, whole).pixels;
-    EXPECT_EQ(largestDifference(rain.render(2.5, whole).pixels, second), 0);  // a field's time lies in its frame
+    EXPECT_EQ(largestDifference(rain.render(2 + 1e-9, whole).pixels, second), 0);
+    const ImageF between = rain.render(2.5, whole).pixels;  // of a retimed clip
+    EXPECT_GT(largestDifference(between, second), 0.01);
+    EXPECT_EQ(largestDifference(rain.render(2.5, whole).pixels, between), 0);
     EXPECT_GT(largestDifference(rain.render(3, whole).pixels, second), 0.01);
     EXPECT_EQ(rain.render(-5, whole).status, ofx::statOk);
     EXPECT_EQ(largestDifference(rain.render(2, whole).pixels, second), 0);
