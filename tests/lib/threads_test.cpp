@@ -201,9 +201,10 @@ TEST_F(Threads, GreaterPrioritiesComeFirst)
         });
     };
     std::thread lows = begin(low, b, -5, &lowUser);
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    // Nobody tells from outside when they wait in the queue: so long that they do on a busy machine, too.
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
     std::thread highs = begin(high, c, 5, &highUser);
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    std::this_thread::sleep_for(std::chrono::milliseconds(400));
     held.letGo();
     first.join(), lows.join(), highs.join();
     EXPECT_EQ(highPlace, 1);
