@@ -435,6 +435,7 @@ io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows win
     out.beauty = std::move(picture.beauty);
     if (!out.beauty.empty()) out.beauty = placed(std::move(out.beauty), drawn, windows.region);
     statistics.renderSeconds += clock.seconds();
+    tell(watch, 1);
     return out;
 }
 

@@ -282,7 +282,7 @@ TEST(View, OnePixelAndTheLargestFrameByRegion)
         const io::RenderedFrame made = compositor.render(std::move(plate), {.region = part, .plate = part}, {});
         EXPECT_EQ(made.beauty.width(), part.width);
         for (const float v : made.beauty.values()) ASSERT_TRUE(std::isfinite(v) && v >= 0);
-        EXPECT_LT(compositor.statistics().rendererBytes, 64u << 20);
+        EXPECT_LT(compositor.statistics().rendererBytes, 256u << 20) << "of each thread some; the frame would be 4 GB";
     }
 }
 
