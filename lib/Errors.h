@@ -1,6 +1,7 @@
 // Errors of the C interface: what was thrown becomes a code, and a sentence that the thread and the shot remember.
 #pragma once
 
+#include <cstring>
 #include <mutex>
 #include <string>
 
@@ -43,6 +44,17 @@ virga_error guarded(FailureOfShot* shot, const Body& body) noexcept
     } catch (...) {
         return failed(shot);
     }
+}
+
+/// The number in an enum that a caller wrote: any may stand there, and reading one that is none of the words is
+/// undefined.
+template <class Enum>
+int numberIn(const Enum& word) noexcept
+{
+    static_assert(sizeof(Enum) == sizeof(int));
+    int number = 0;
+    std::memcpy(&number, &word, sizeof number);
+    return number;
 }
 
 /// Throws Error(InvalidArgument) if it is null. `name` is the interface's.

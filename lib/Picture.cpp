@@ -79,13 +79,14 @@ Picture Picture::ofItsOwnSize(const virga_picture* given, const std::string& nam
     return {given, name, {}};
 }
 
-/// Enums come from C: any number may stand in them.
 void Picture::checkWords() const
 {
-    if (p_.layout < VIRGA_RGBA || p_.layout > VIRGA_YUV444)
-        refuse(name_, "layout", int(p_.layout), "one of virga_layout");
-    if (p_.samples < VIRGA_FLOAT || p_.samples > VIRGA_UINT16)
-        refuse(name_, "samples", int(p_.samples), "one of virga_samples");
+    const auto isAmong = [&](const auto& word, int last, const char* field, const char* allowed) {
+        const int number = numberIn(word);
+        if (number < 0 || number > last) refuse(name_, field, number, allowed);
+    };
+    isAmong(p_.layout, VIRGA_YUV444, "layout", "one of virga_layout");
+    isAmong(p_.samples, VIRGA_UINT16, "samples", "one of virga_samples");
     if (isYuv() && !isInteger()) refuse(name_, "samples", int(p_.samples), "VIRGA_UINT8 or VIRGA_UINT16 for YUV");
     const int bits = p_.significant_bits;
     if (bits != 0 && !isInteger()) refuse(name_, "significant_bits", bits, "0 for half and float");
@@ -93,10 +94,8 @@ void Picture::checkWords() const
     if (bits != 0 && p_.samples == VIRGA_UINT16 && (bits < 9 || bits > 16))
         refuse(name_, "significant_bits", bits, "0 or 9 to 16");
     if (!isYuv()) return;
-    if (p_.matrix < VIRGA_BT709 || p_.matrix > VIRGA_BT2020)
-        refuse(name_, "matrix", int(p_.matrix), "one of virga_matrix");
-    if (p_.siting < VIRGA_SITING_LEFT || p_.siting > VIRGA_SITING_TOP_LEFT)
-        refuse(name_, "siting", int(p_.siting), "one of virga_siting");
+    isAmong(p_.matrix, VIRGA_BT2020, "matrix", "one of virga_matrix");
+    isAmong(p_.siting, VIRGA_SITING_TOP_LEFT, "siting", "one of virga_siting");
 }
 
 void Picture::checkWindow() const

@@ -139,11 +139,12 @@ virga_error virga_shot_get_document(virga_shot* shot, virga_document kind, const
 {
     return onShot(shot, [&](lib::Shot& s) {
         needs(text, "text");
-        if (kind != VIRGA_TOML && kind != VIRGA_JSON)
-            throw Error(ErrorCode::InvalidArgument, "kind is {}; must be one of virga_document", int(kind));
+        const int number = lib::numberIn(kind);
+        if (number != VIRGA_TOML && number != VIRGA_JSON)
+            throw Error(ErrorCode::InvalidArgument, "kind is {}; must be one of virga_document", number);
         const shot::Settings settings = s.settings();
         *text = s.keep(lib::Shot::Text::Document,
-                       kind == VIRGA_JSON ? shot::settingsAsJson(settings) : shot::settingsAsToml(settings));
+                       number == VIRGA_JSON ? shot::settingsAsJson(settings) : shot::settingsAsToml(settings));
     });
 }
 

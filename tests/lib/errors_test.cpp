@@ -129,6 +129,8 @@ TEST_F(Errors, OfWordsThatNobodyKnows)
     plate.picture.color_space = nullptr;
     beauty.picture.color_space = "no such space";
     refused({"beauty", "no such space"});
+    const char* text = nullptr;
+    said(virga_shot_get_document(shot.get(), virga_document(7), &text), VIRGA_ERROR_INVALID_ARGUMENT, {"kind is 7"});
 }
 
 TEST_F(Errors, OfStructsThatAreNoVersions)
