@@ -92,7 +92,7 @@ particles::CellList PassInputs::cellsIn(const particles::Exposure& exposure, con
     visibility.skipsFaint = plan.skips.faint;
     if (farthest == nullptr) return rain->field().cellsInView(exposure, visibility);
     const camera::Projection& open = exposure.projection;
-    const auto [least, greatest] = std::minmax(open.focal_px, projectionAt(exposure.poseAtClose).focal_px);
+    const auto [least, greatest] = std::minmax({open.focal_px, projectionAt(exposure.poseAtClose).focal_px});
     const particles::HiddenCells hidden(*farthest, {.leastFocal_px = least,
                                                     .greatestFocal_px = greatest,
                                                     .axisX_px = open.axisX_px,
