@@ -32,6 +32,8 @@ namespace virga::io {
 
 namespace {
 
+constexpr int rowsPerBand = 256;  // as much as the largest of OpenEXR's blocks (DWAB)
+
 /// Samples of one channel over a window, rows packed.
 struct Plane {
     Imf::PixelType type = Imf::HALF;
@@ -208,24 +210,24 @@ private:
             copy(Imf::OutputPart(out, i), Imf::InputPart(in_, i));
     }
 
+    /// A plane holds the samples of `band_`.
     Imf::Slice sliceOf(Plane& plane) const
     {
         const auto bytes = std::ptrdiff_t(bytesOf(plane.type));
-        const std::ptrdiff_t columns =
-            floorDiv(window_.right() - 1, plane.stepX) - floorDiv(window_.x, plane.stepX) + 1;
+        const std::ptrdiff_t columns = floorDiv(band_.right() - 1, plane.stepX) - floorDiv(band_.x, plane.stepX) + 1;
         // Where sample (0, 0) of the plane of pixels would be.
         char* origin =
             reinterpret_cast<char*>(plane.samples.data()) -
-            (std::ptrdiff_t(floorDiv(window_.y, plane.stepY)) * columns + floorDiv(window_.x, plane.stepX)) * bytes;
+            (std::ptrdiff_t(floorDiv(band_.y, plane.stepY)) * columns + floorDiv(band_.x, plane.stepX)) * bytes;
         return {plane.type, origin, std::size_t(bytes), std::size_t(bytes * columns), plane.stepX, plane.stepY};
     }
 
-    /// Float rows -> samples of a plane. `from`: of the pixel at `at`, which is in the window.
+    /// Float rows -> samples of a plane. `from`: of the pixel at `at`, which is in the band.
     void fill(Plane& plane, int x, int y, const float* from, int step, int count)
     {
         const std::size_t bytes = bytesOf(plane.type);
         std::byte* to = plane.samples.data() +
-                        (std::size_t(y - window_.y) * std::size_t(window_.width) + std::size_t(x - window_.x)) * bytes;
+                        (std::size_t(y - band_.y) * std::size_t(band_.width) + std::size_t(x - band_.x)) * bytes;
         if (plane.type == Imf::HALF)
             held_ += halvesFromFloats(from, std::size_t(step), to, bytes, std::size_t(count));
         else
@@ -234,16 +236,48 @@ private:
 
     void fillFrom(Plane& plane, ConstImageViewF pixels, int channel, const Window& place)
     {
-        const Window both = overlap(place, window_);
+        const Window both = overlap(place, band_);
         for (int y = both.y; y < both.bottom() && both.width > 0; ++y)
             fill(plane, both.x, y, pixels.pixel(both.x - place.x, y - place.y) + channel, pixels.channels(),
                  both.width);
     }
 
+    /// Whether the part is written from its first row to its last, each on its own.
+    static bool goesByBands(const Imf::Header& header)
+    {
+        if (header.hasTileDescription() || header.lineOrder() != Imf::INCREASING_Y) return false;
+        for (auto i = header.channels().begin(); i != header.channels().end(); ++i)
+            if (i.channel().ySampling != 1) return false;
+        return true;
+    }
+
     void writePicture(Imf::MultiPartOutputFile& out)
     {
         const Imf::Header& header = headers_[std::size_t(c_.part)];
-        std::map<std::string, Plane> planes;
+        if (header.hasTileDescription()) {
+            band_ = window_;
+            std::map<std::string, Plane> planes;
+            Imf::TiledOutputPart part(out, c_.part);
+            part.setFrameBuffer(fillBand(planes));
+            part.writeTiles(0, part.numXTiles() - 1, 0, part.numYTiles() - 1);
+            return;
+        }
+        Imf::OutputPart part(out, c_.part);
+        const int rows = goesByBands(header) ? rowsPerBand : window_.height;
+        for (int y = window_.y; y < window_.bottom(); y += rows) {
+            band_ = window_;
+            band_.y = y;
+            band_.height = std::min(rows, window_.bottom() - y);
+            std::map<std::string, Plane> planes;
+            part.setFrameBuffer(fillBand(planes));
+            part.writePixels(band_.height);
+        }
+    }
+
+    /// What the part has in the band: the picture, the layers, and what is kept of the file.
+    Imf::FrameBuffer fillBand(std::map<std::string, Plane>& planes)
+    {
+        const Imf::Header& header = headers_[std::size_t(c_.part)];
         Imf::FrameBuffer read, written;
         std::set<std::string> fresh(names_.begin(), names_.end());
         for (const ChannelToWrite& layer : c_.layers) fresh.insert(layer.name);
@@ -255,19 +289,20 @@ private:
             plane.stepX = channel.xSampling;
             plane.stepY = channel.ySampling;
             const auto columns =
-                std::size_t(floorDiv(window_.right() - 1, plane.stepX) - floorDiv(window_.x, plane.stepX) + 1);
+                std::size_t(floorDiv(band_.right() - 1, plane.stepX) - floorDiv(band_.x, plane.stepX) + 1);
             const auto rows =
-                std::size_t(floorDiv(window_.bottom() - 1, plane.stepY) - floorDiv(window_.y, plane.stepY) + 1);
+                std::size_t(floorDiv(band_.bottom() - 1, plane.stepY) - floorDiv(band_.y, plane.stepY) + 1);
             plane.samples.resize(columns * rows * bytesOf(plane.type));
             written.insert(i.name(), sliceOf(plane));
             if (fresh.contains(i.name())) continue;
             read.insert(i.name(), sliceOf(plane));
             isAnyKept = true;
         }
-        if (isAnyKept) {
+        const Window kept = overlap(c_.data, band_);
+        if (isAnyKept && kept.height > 0) {
             Imf::InputPart part(in_, c_.part);
             part.setFrameBuffer(read);
-            part.readPixels(c_.data.y, c_.data.bottom() - 1);
+            part.readPixels(kept.y, kept.bottom() - 1);
         }
         const int count = names_[0] == names_[1] ? 1 : 3;
         for (int channel = 0; channel < 4; ++channel) {
@@ -278,16 +313,7 @@ private:
         }
         for (const ChannelToWrite& layer : c_.layers)
             fillFrom(planes[layer.name], layer.pixels, layer.index, c_.display);
-
-        if (header.hasTileDescription()) {
-            Imf::TiledOutputPart part(out, c_.part);
-            part.setFrameBuffer(written);
-            part.writeTiles(0, part.numXTiles() - 1, 0, part.numYTiles() - 1);
-        } else {
-            Imf::OutputPart part(out, c_.part);
-            part.setFrameBuffer(written);
-            part.writePixels(window_.height);
-        }
+        return written;
     }
 
     const ExrChanges& c_;
@@ -295,6 +321,7 @@ private:
     std::vector<Imf::Header> headers_;
     std::array<std::string, 4> names_;  // of the picture in the new file
     Window window_;                     // its data window there
+    Window band_;                       // the rows of it that are written now
     bool isRetyped_ = false, copies_ = false;
     std::size_t held_ = 0;
 };

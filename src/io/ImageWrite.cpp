@@ -25,6 +25,7 @@ using OIIO::TypeDesc;
 namespace {
 
 constexpr std::ptrdiff_t rowsPerPiece = 16;
+constexpr int rowsPerBand = 256;  // of samples as they stand in the file, at a time; a multiple of all formats' blocks
 
 TypeDesc typeOf(SampleType type)
 {
@@ -49,22 +50,22 @@ void setAttribute(ImageSpec& spec, const Attribute& attribute)
     }
 }
 
-/// Rows of the picture in the order and with the samples of the file. Returns the number of values held at 65504.
-std::size_t pack(const ImageToWrite& image, const std::vector<std::size_t>& offsets, std::size_t pixelBytes,
-                 std::vector<std::byte>& raw)
+/// Rows [firstRow, endRow) of the picture in the order and with the samples of the file. Returns the number of values
+/// held at 65504.
+std::size_t pack(const ImageToWrite& image, int firstRow, int endRow, const std::vector<std::size_t>& offsets,
+                 std::size_t pixelBytes, std::vector<std::byte>& raw)
 {
     const auto width = std::size_t(image.channels.front().pixels.width());
-    const int height = image.channels.front().pixels.height();
-    raw.resize(width * std::size_t(height) * pixelBytes);
+    raw.resize(width * std::size_t(endRow - firstRow) * pixelBytes);
     std::atomic<std::size_t> tooLarge = 0;
-    parallelFor(0, height, rowsPerPiece, [&](std::ptrdiff_t top, std::ptrdiff_t bottom) {
+    parallelFor(firstRow, endRow, rowsPerPiece, [&](std::ptrdiff_t top, std::ptrdiff_t bottom) {
         std::size_t clamped = 0;
         for (std::size_t c = 0; c < image.channels.size(); ++c) {
             const auto& channel = image.channels[c];
             const int bits = image.bits != 0 ? image.bits : channel.type == SampleType::UInt8 ? 8 : 16;
             const float most = float((1 << bits) - 1);
             for (std::ptrdiff_t y = top; y < bottom; ++y) {
-                std::byte* to = raw.data() + std::size_t(y) * width * pixelBytes + offsets[c];
+                std::byte* to = raw.data() + std::size_t(y - firstRow) * width * pixelBytes + offsets[c];
                 const float* from = channel.pixels.row(int(y)) + channel.index;
                 const auto step = std::size_t(channel.pixels.channels());
                 if (channel.type == SampleType::Half) {
@@ -141,10 +142,10 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
     if (format == "tiff" && spec.format == TypeDesc::HALF) spec.attribute("tiff:half", 1);
 
     std::vector<std::byte> raw;
-    const std::size_t tooLarge = pack(image, offsets, pixelBytes, raw);
     AtomicFile file(path);
     const MemoryFile memory;
     if (format == "webp" && count == 4) {
+        const std::size_t tooLarge = pack(image, 0, height, offsets, pixelBytes, raw);
         std::vector<std::uint8_t> codes(raw.size());
         std::memcpy(codes.data(), raw.data(), raw.size());
         const bool isLossless = image.compression.starts_with("lossless");
@@ -159,7 +160,13 @@ std::size_t writeImageFile(const std::string& path, const ImageToWrite& image)
     }
     if (!output->open(memory.path(), spec))
         throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
-    const bool isWritten = output->write_image(TypeDesc::UNKNOWN, raw.data());
+    std::size_t tooLarge = 0;
+    bool isWritten = true;
+    for (int row = 0; row < height && isWritten; row += rowsPerBand) {
+        const int end = std::min(row + rowsPerBand, height);
+        tooLarge += pack(image, row, end, offsets, pixelBytes, raw);
+        isWritten = output->write_scanlines(row, end, 0, TypeDesc::UNKNOWN, raw.data());
+    }
     if (!output->close() || !isWritten)
         throw Error(ErrorCode::Output, "{}: cannot be written ({})", path, firstLine(output->geterror()));
     memory.writeTo(file);

@@ -53,13 +53,17 @@ public:
             throw Error(ErrorCode::Output,
                         "{}: is one image, but there are several frames; name a pattern such as shot.%04d.exr",
                         pattern_);
+        const std::size_t bytes = bytesOf(frame);
         auto shared = std::make_shared<RenderedFrame>(std::move(frame));
         queue_.push(
             [this, shared] {
                 const StageSpan span(options_.timeline, "writer", "write", shared->number);
                 writeFile(*shared);
             },
-            bytesOf(*shared));
+            bytes);
+        shared.reset();
+        // One of that size is enough in memory: the next is begun when it is written.
+        if (bytes > mostBytesToWrite) queue_.drain();
     }
 
     void finish() override

@@ -51,9 +51,14 @@ std::vector<MemoryUse> planMemory(const FramePlan& plan, const io::PlateInfo& pl
     const double threads = demand.writesSequence ? std::clamp(std::thread::hardware_concurrency(), 1u, 8u) : 1;
     const double one = bytesToWrite(f, pixels);
     const double most = std::max(one, double(io::mostBytesToWrite));
-    const double waiting = std::min({double(demand.frames), threads + 2, std::floor(most / one)});
-    uses.push_back({fmt::format("{:.0f} to write", waiting), waiting * one});
-    if (demand.writesHalf) uses.push_back({"as half", std::min(waiting, threads) * one / 2});
+    // One that is larger than all that may wait is written before the next is begun.
+    const bool isAlone = demand.writesSequence && one > double(io::mostBytesToWrite);
+    const double waiting = isAlone ? 0 : std::min({double(demand.frames), threads + 2, std::floor(most / one)});
+    if (!isAlone) uses.push_back({fmt::format("{:.0f} to write", waiting), waiting * one});
+    if (demand.writesHalf) {
+        const double rows = std::min(1.0, 256.0 / plate.height);  // of a file, packed at a time
+        uses.push_back({"as half", std::clamp(waiting, 1.0, threads) * rows * one / 2});
+    }
     if (demand.isDepthAnImage && f.depth) uses.push_back({"depth as read", pixels * 4 * 2});
     if (!plan.isPassThrough()) uses.push_back({"renderer", rendererBytes(f, demand, pixels)});
     return uses;

@@ -301,7 +301,8 @@ class Windows(ExrTest):
     """Data windows inside, around and beside the display window, which need not begin at 0."""
     CASES = {"smaller": ((3, 2), (32, 24), (0, 0, 64, 48)), "larger": ((-4, -6), (72, 60), (0, 0, 64, 48)),
              "across": ((-5, 10), (40, 20), (0, 0, 64, 48)), "beside": ((100, 50), (8, 6), (0, 0, 64, 48)),
-             "moved": ((10, -5), (64, 48), (10, -5, 64, 48)), "moved larger": ((8, -9), (70, 60), (10, -5, 64, 48))}
+             "moved": ((10, -5), (64, 48), (10, -5, 64, 48)), "moved larger": ((8, -9), (70, 60), (10, -5, 64, 48)),
+             "tall": ((-3, -40), (24, 700), (0, 0, 16, 600))}
 
     def plate(self, case, types="half"):
         origin, size, display = self.CASES[case]
@@ -416,6 +417,24 @@ class Types(ExrTest):
                     after, _ = self.through(*OFF, "--float")
                     np.testing.assert_array_equal(before[0][1], after[0][1])
                     self.assertEqual(after[0][0].tile_width, tile)
+
+    def test_manyRows(self):
+        """Files are packed a few hundred rows at a time: none is lost, moved or doubled, of the picture, of layers or of what
+        stands beside them."""
+        picture, beside = street(20, 700), noise(20, 700, 1)
+        write(self.folder / "in.exr", (spec(20, 700, ["R", "G", "B", "A", "id.X"]), np.concatenate([picture, beside], -1)))
+        before = read(self.folder / "in.exr")
+        after, _ = self.through(*OFF, "--float")
+        np.testing.assert_array_equal(after[0][1], before[0][1])
+        (s, layered), = self.through("--layers", "--float", *RAIN)[0]
+        np.testing.assert_array_equal(layered[..., s.channelnames.index("id.X")], beside[..., 0])
+        plate = [s.channelnames.index(f"plate.{c}") for c in "RGB"]
+        np.testing.assert_allclose(layered[..., plate], before[0][1][..., :3], rtol=1e-5)
+        # An EXR that is made anew, and integers.
+        self.through(*OFF, out="out.png")
+        (t, anew), = self.through(*OFF, "--float", name="out.png", out="anew.exr")[0]
+        self.assertEqual((t.width, t.height), (20, 700))
+        np.testing.assert_allclose(anew[..., :3], np.minimum(before[0][1][..., :3], 1), atol=0.001)
 
 
 if __name__ == "__main__":

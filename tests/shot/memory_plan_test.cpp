@@ -40,6 +40,10 @@ TEST(MemoryPlan, EightKStaysUnderFourGibibytes)
                            .writesHalf = true,
                            .byShaders = byShaders}),
                   4.0 * (1ull << 30) + (byShaders ? 2.0 * (1ull << 30) : 0.0));  // the device's own
+    // Frames with layers are larger than all that may wait for a writer: there is one at a time.
+    EXPECT_LT(planned(7680, 4320, {.frames = 1000, .strokes = 1e6, .writesSequence = true, .writesHalf = true},
+                      {.layers = true}),
+              4.0 * (1ull << 30));
 }
 
 TEST(MemoryPlan, WhatIsWantedIsHeld)
