@@ -1,40 +1,26 @@
 #include "shot/Compositor.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <cstdint>
 #include <deque>
-#include <optional>
 #include <utility>
 
 #include "core/Timer.h"
-#include "shot/AtlasFile.h"
-#include "shot/LampReach.h"
-#include "shot/PassInputs.h"
-#include "shot/PictureRenderer.h"
 #include "shot/PixelRepair.h"
+#include "shot/ScenePictures.h"
 
 namespace virga::shot {
-struct Compositor::Impl : PassInputs {
+
+struct Compositor::Impl : ScenePictures {
     Impl(const Settings& settings_, const Shot& shot_, const CompositorOptions& options_, const PlateSamples& samples_)
-        : PassInputs(settings_, shot_, options_.wanted, samples_, KeptFiles(options_.cacheFolder)), options(options_)
+        : ScenePictures(settings_, shot_, options_, samples_)
     {
         if (options.changes) samples = samples_;
     }
 
-    const CompositorOptions options;
     PlateSamples samples;  // options.changes
-    CompositorStatistics statistics;
-
-    std::unique_ptr<PictureRenderer> renderer;
-    passes::Features madeFor;  // the renderer
-    std::shared_ptr<const matte::StrokeAtlas> atlas;
-    std::vector<float> ringTransfer;  // features.lights
-    double greatestTransfer = 0;      // of ringTransfer [1/sr]
     std::atomic<std::size_t> repairedInRows = 0;
 
     struct Handed {
@@ -44,184 +30,12 @@ struct Compositor::Impl : PassInputs {
     std::deque<Handed> inFlight;              // frames that are not complete, oldest first
     Timeline::Clock::time_point passesEnd{};  // of the passes on the timeline
 
-    // What the renderer has been told.
-    Window drawn;
-    double scale = 1;
-    std::shared_ptr<const depth::Depth> usedDepth;
-    std::optional<particles::FarthestDepth> farthestDepth;  // of usedDepth
-    double tablesFocal = -1;                                // focal length that the tables were made for [px]
-    Tables tables;
-    bool hasLight = false;
-    std::size_t lampsInUse = 0;
-    std::uint64_t lastContent = 0;  // of the plate frame that was rendered last; 0: it came to nothing, or nobody knows
-
-    void prepare(unsigned parts);
-    void forgetWhatIsTold();
-    ViewWindows windowsFor(const View& view) const;
-    bool needsWholePlate() const;
-    void look(double scale, const Window& drawn);
-    void leaveOutLamps();
-    void setLamps(const particles::Exposure& exposure);
-    void setTables(const particles::Exposure& exposure);
-    void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate, bool isSamePlate);
-    void setLight(const io::PlateFrame& plate, const ViewWindows& windows, bool isSamePlate);
     void repair(io::PlateFrame& plate);
     void add(const DrawnPicture& drawn, const Handed& handed);
-    ConstImageViewF wholeFrameIn(const io::PlateFrame& plate, const ViewWindows& windows) const;
     std::vector<io::Layer> layersOf(DrawnPicture& drawn) const;
     io::RenderedFrame render(io::PlateFrame plate, ViewWindows windows, double later, std::shared_ptr<RowSink> canvas,
                              const Watch& watch);
 };
-
-/// Lamps that no drop of the shot is lit by need no sums and no part in the shaders. A camera that moves may come near
-/// them: then each frame decides.
-void Compositor::Impl::leaveOutLamps()
-{
-    if (ringTransfer.empty()) ringTransfer = ringTransferTable();
-    greatestTransfer = double(*std::max_element(ringTransfer.begin(), ringTransfer.end()));
-    if (lamps.empty() || !plan.skips.passes || !track.isStatic()) return;
-    if (!seenLamps(exposureAt(double(shot.firstFrame)), greatestTransfer).empty()) return;
-    plan.features.lights = false;
-    plan.leaveOut("lights", fmt::format("no light of '{}' reaches a drop", settings.lights));
-}
-
-/// After the scene's parts have been made: a renderer for them, unless the one that is there will do.
-void Compositor::Impl::prepare(unsigned parts)
-{
-    statistics.lightSource = lightSource;
-    for (const auto& [part, name] : {std::pair{RainPart, "rain"},
-                                     {LightPart, "light"},
-                                     {DepthPart, "depth"},
-                                     {LampsPart, "lamps"},
-                                     {TransferPart, "colour transfer"},
-                                     {CameraPart, "camera"}})
-        if (parts & part) ++statistics.made[name];
-    if (parts & MattesPart) atlas = nullptr;
-    if (parts & DepthPart) usedDepth = nullptr;
-    if (parts & FogPart) tablesFocal = -1;
-    if (parts & LightPart) hasLight = false;
-    lastContent = 0;
-    if (plan.isPassThrough()) return;
-    if (plan.features.lights) leaveOutLamps();
-    if (renderer && madeFor == plan.features && !(parts & (MattesPart | TransferPart))) return;
-    if (plan.features.rain && !atlas)
-        atlas = std::make_shared<const matte::StrokeAtlas>(
-            settings.mattes.empty() ? builtInAtlas(std::uint32_t(settings.seed)) : loadAtlas(settings.mattes));
-    const Window frame = drawn.isEmpty() ? frameWindow() : drawn;
-    const matte::StrokeAtlas none;
-    auto made = makePictureRenderer({frame.width, frame.height, plan.features, plan.features.rain ? *atlas : none, lut,
-                                     ringTransfer, options.device, options.shaderFolder, options.cacheFolder});
-    renderer = std::move(made);
-    madeFor = plan.features;
-    ++statistics.made["renderer"];
-    statistics.device = renderer->device();
-    forgetWhatIsTold();
-    drawn = frame;
-}
-
-void Compositor::Impl::forgetWhatIsTold()
-{
-    usedDepth = nullptr;
-    farthestDepth.reset();
-    tablesFocal = -1;
-    hasLight = false;
-    lastContent = 0;
-}
-
-ViewWindows Compositor::Impl::windowsFor(const View& view) const
-{
-    // As far as a Gaussian of the largest sigma is summed.
-    const int blurReach = plan.features.blur ? int(std::ceil(3 * settings.blur_px * view.scale)) + 1 : 0;
-    int splashReach = 0;
-    if (plan.features.splashes) {
-        // Droplets fly and crowns grow so far; on nothing nearer than a metre, or than a lower camera's ground.
-        const double reach_m = 0.05 + 0.05 * settings.dropSize * settings.splashSize;
-        const double nearest_m = settings.depth.empty() ? std::min(1.0, parseGround(settings.ground).height_m) : 1.0;
-        const double focal = exposureAt(double(shot.firstFrame)).projection.fullFocal_px() * view.scale;
-        splashReach = int(std::ceil(std::min(4096.0, focal * reach_m / nearest_m)));
-    }
-    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * view.scale))); };
-    return windowsOf(view, {0, 0, side(shot.width), side(shot.height)}, blurReach, splashReach);
-}
-
-bool Compositor::Impl::needsWholePlate() const
-{
-    return (plan.features.light() && light && light->needsPlate()) ||
-           (plan.features.depth && depth && depth->mayFollowPlate());
-}
-
-/// Makes the renderer's pictures those of a part of the frame.
-void Compositor::Impl::look(double newScale, const Window& newDrawn)
-{
-    if (newScale == scale && newDrawn == drawn) return;
-    ShotScene::look(newScale, newDrawn);
-    if (newDrawn.width != drawn.width || newDrawn.height != drawn.height)
-        renderer->resize(newDrawn.width, newDrawn.height);
-    scale = newScale;
-    drawn = newDrawn;
-    usedDepth = nullptr;
-    lastContent = 0;
-}
-
-void Compositor::Impl::setLamps(const particles::Exposure& exposure)
-{
-    const std::vector<SceneLight> seen = seenLamps(exposure, greatestTransfer);
-    lampsInUse = seen.size();
-    renderer->setLamps(fromCamera(seen, exposure));
-}
-
-void Compositor::Impl::setTables(const particles::Exposure& exposure)
-{
-    if (tablesFocal == exposure.projection.fullFocal_px()) return;
-    tablesFocal = exposure.projection.fullFocal_px();
-    tables = tablesFor(exposure);
-    if (plan.features.fog) {
-        statistics.fogExtinction_1_m = extinctionAround(exposure);
-        renderer->setFogTable(tables.fog);
-    }
-    if (plan.features.veil) renderer->setVeilTable(tables.veil);
-}
-
-void Compositor::Impl::setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate,
-                                bool isSamePlate)
-{
-    const auto now = depthAt(frame, exposure, plate, isSamePlate);
-    if (now == usedDepth) return;
-    renderer->setDepth(now->metres);
-    farthestDepth.reset();
-    if (plan.features.rain && plan.skips.behindDepth) farthestDepth.emplace(now->metres);
-    statistics.depthCounts = now->counts;
-    statistics.depthResampled = now->resampled;
-    usedDepth = now;
-}
-
-void Compositor::Impl::setLight(const io::PlateFrame& plate, const ViewWindows& windows, bool isSamePlate)
-{
-    ImageF sampled;
-    if (light->needsPlate()) {
-        const ConstImageViewF whole = plate.rows ? ConstImageViewF() : wholeFrameIn(plate, windows);
-        if (!plate.rows && whole.empty())
-            throw Error(ErrorCode::InvalidArgument,
-                        "frame {}: is lit by its own plate, of which all is needed, not a part", plate.number);
-        sampled = plate.rows ? sampledForLight(*plate.rows) : sampledForLight(ImageRows(whole));
-        repairedInRows = 0;  // they will be read again
-    }
-    if (light->update(plate.number, viewOf(sampled, plate.number), isSamePlate) || !hasLight)
-        renderer->setDropRadiance(light->radiance(), light->lowPassBackground());
-    hasLight = true;
-    statistics.lightOrder = light->order();
-    statistics.lightRemainder = light->remainder();
-    statistics.lightCount = light->lightCount();
-}
-
-/// Empty if the plate is a part of it.
-ConstImageViewF Compositor::Impl::wholeFrameIn(const io::PlateFrame& plate, const ViewWindows& windows) const
-{
-    const Window frame = windows.frame;
-    if (plate.pixels.empty() || !windows.plate.contains(frame)) return {};
-    return {plate.pixels.pixel(frame.x - windows.plate.x, frame.y - windows.plate.y), frame.width, frame.height,
-            plate.pixels.channels(), std::ptrdiff_t(plate.pixels.width()) * plate.pixels.channels()};
-}
 
 void Compositor::Impl::repair(io::PlateFrame& plate)
 {
@@ -401,7 +215,11 @@ io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows win
         timed("cells",
               [&] { cells = cellsIn(exposure, farthestDepth ? &*farthestDepth : nullptr, atlas->acrossDiameters); });
     tell(watch, 0.2);
-    if (features.light()) timed("environment", [&] { setLight(plate, windows, isSamePlate); });
+    if (features.light())
+        timed("environment", [&] {
+            setLight(plate, windows, isSamePlate);
+            repairedInRows = 0;  // rows that the light was taken from will be read again
+        });
     tell(watch, 0.3);
     if (isSamePlate) renderer->keepPlate();
     const glm::mat3 environmentFromWorld(light ? light->environmentFromWorld() : glm::dmat3(1.0));

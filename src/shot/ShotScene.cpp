@@ -76,7 +76,7 @@ void ShotScene::make(unsigned parts, const PlateSamples& samples)
     if (parts & TransferPart) lut = {};
     plan = planFrame(settings, wanted_, !track.isStatic());
     if (plan.isPassThrough()) return;
-    const particles::Exposure first = exposureAt(double(shot.firstFrame), true);
+    const particles::Exposure first = frameExposureAt(shot.firstFrame);
     if (plan.features.colorTransfer && lut.rgb.empty()) makeTransfer(samples.forGrade);
     if ((plan.features.rain || plan.features.fog || plan.features.splashes) && !rain)
         rain = std::make_shared<const RainModel>(settings, first);
@@ -121,6 +121,7 @@ camera::Projection ShotScene::projectionAt(const camera::Pose& pose) const
     return camera::partOf(frameProjectionAt(pose), scale_, region_);
 }
 
+particles::Exposure ShotScene::frameExposureAt(FrameNumber frame) const { return exposureAt(double(frame), true); }
 particles::Exposure ShotScene::exposureAt(double frame) const { return exposureAt(frame, false); }
 
 particles::Exposure ShotScene::exposureAt(double frame, bool ofFrame) const

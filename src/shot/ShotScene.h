@@ -26,7 +26,7 @@ struct Shot {
     int width = 0, height = 0;
     double fps = 24;
     FrameNumber firstFrame = 0;
-    camera::Track track{};  ///< in our world; empty: --camera's file, or none
+    camera::Track track{};                               ///< in our world; empty: --camera's file, or none
     std::shared_ptr<const PicturesInMemory> inMemory{};  ///< where settings name pictures in it; else null
 };
 
@@ -64,6 +64,7 @@ struct ShotScene : SceneParts {
     Window frameWindow() const;  ///< the frame at the scale
 
     camera::Projection projectionAt(const camera::Pose& pose) const;  ///< of what is made
+    particles::Exposure frameExposureAt(FrameNumber frame) const;     ///< of all of it at full scale
     particles::Exposure exposureAt(double frame) const;               ///< need not be whole
     environment::PlateView viewOf(ConstImageViewF plate, FrameNumber frame) const;
     /// Extinction of the air near the scene's lamps [1/m]: the fog's, or the mean of the undrawn rain's over 100 m.
