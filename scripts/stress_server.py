@@ -4,7 +4,7 @@ error that is not the client's, no growth of memory, every frame equal to the co
 
     VIRGA=build/release/bin/virga scripts/stress_server.py [--requests 10000] [--clients 8] [--seed 1] [--device auto]
 
-Builds with sanitizers are what it is for: scripts/sanitize.sh and scripts/sanitize_threads.sh say how they are made.
+Builds with sanitizers (scripts/sanitize.sh, scripts/sanitize_threads.sh) hold on to memory of their own: --any-memory.
 Prints what was asked and answered as JSON; fails with what went wrong. Needs Debian's python3-numpy and
 python3-openimageio. tests/cli/serve_stress_test.py runs a short form.
 """
@@ -175,11 +175,12 @@ def main():
     parser.add_argument("--clients", type=int, default=8)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--device", default="auto")
+    parser.add_argument("--any-memory", action="store_true", help="memory may grow")
     given = parser.parse_args()
     report = Stress(os.environ["VIRGA"], given.requests, given.clients, given.seed, given.device).report()
     print(json.dumps(report, indent=2))
     grown = report["memory_mb"]["most in the last third"] - report["memory_mb"]["most in the middle third"]
-    if grown > 30:
+    if grown > 30 and not given.any_memory:
         sys.exit(f"memory grew by {grown:.0f} MB in the last third")
     sys.exit(1 if report["wrong"] else 0)
 
