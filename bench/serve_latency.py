@@ -56,6 +56,8 @@ class Latency:
                     client.close()
                     server.stop()
             try:
+                for n in range(frames):  # decoded once: the rows tell rendering and transport
+                    self.ask(client, f"{path}/plates/{n}", RAW)
                 for kind, accept in KINDS.items():
                     self.rows[f"next frame, {kind}"] = [self.ask(client, f"{path}/frames/{n}?seed={len(self.rows)}", accept)
                                                         for n in range(frames)]
