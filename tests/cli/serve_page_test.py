@@ -136,7 +136,7 @@ class PageTest(CliTest):
         self.assertLess(worst, 1e-6)
 
     def test_a_value_that_is_refused_says_why(self):
-        box = self.js("return rows['wind'].row.querySelector('input')")
+        box = self.js("return rows['wind'].row.querySelector('input[type=number]')")
         self.js("const b = arguments[0]; b.value = 1000; b.dispatchEvent(new Event('change'))", box)
         self.assertTrue(waitFor(lambda: "-100 to 100" in (self.at("sentence").get_attribute("data-text") or "")),
                         self.problems())

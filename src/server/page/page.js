@@ -205,9 +205,10 @@ const kinds = {
     } };
   },
   pair(p, say) {
-    const boxes = [0, 1].map(() => element("input", { type: "number", step: "any", min: p.least, max: p.most }));
-    for (const box of boxes) box.addEventListener("change", () => say(boxes.map(b => Number(b.value))));
-    return { parts: [element("div", { className: "several" }, ...boxes)], put: value => boxes.forEach((b, i) => b.value = value[i]) };
+    const numbers = [0, 1].map(i => kinds.number({ ...p, kind: "number", default: p.default[i] },
+                                                 () => say(numbers.map(n => Number(n.parts[1].value)))));
+    const lines = numbers.map(n => element("div", { className: "line" }, ...n.parts));
+    return { parts: [element("div", { className: "lines" }, ...lines)], put: value => numbers.forEach((n, i) => n.put(value[i])) };
   },
   color(p, say) {
     const curve = v => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
