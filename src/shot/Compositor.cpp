@@ -194,16 +194,16 @@ io::RenderedFrame Compositor::Impl::render(io::PlateFrame plate, ViewWindows win
     // Until this frame is through nothing is known of the one before the next.
     const std::uint64_t before = std::exchange(lastContent, 0);
     tell(watch, 0);
+    bool isSamePlate = false;
+    particles::Exposure exposure;
     timed("inputs", [&] {
-        look(windows.scale, windows.drawn);
+        const bool isSameView = look(windows.scale, windows.drawn);
+        isSamePlate = isSameView && plan.skips.unchanged && plate.content != 0 && plate.content == before;
+        exposure = exposureAt(double(plate.number) + later);
         if (!plate.rows && !needsWholePlate()) {
             plate.pixels = placed(std::move(plate.pixels), windows.plate, drawn);
             windows.plate = drawn;
         }
-    });
-    const bool isSamePlate = plan.skips.unchanged && plate.content != 0 && plate.content == before;
-    const particles::Exposure exposure = exposureAt(double(plate.number) + later);
-    timed("inputs", [&] {
         repair(plate);
         if (features.depth) setDepth(plate.number, exposure, wholeFrameIn(plate, windows), isSamePlate);
         setTables(exposure);

@@ -90,16 +90,16 @@ bool ScenePictures::needsWholePlate() const
 }
 
 /// Makes the renderer's pictures those of a part of the frame.
-void ScenePictures::look(double newScale, const Window& newDrawn)
+bool ScenePictures::look(double newScale, const Window& newDrawn)
 {
-    if (newScale == scale_ && newDrawn == drawn) return;
+    if (newScale == scale_ && newDrawn == drawn) return true;
     ShotScene::look(newScale, newDrawn);
     if (newDrawn.width != drawn.width || newDrawn.height != drawn.height)
         renderer->resize(newDrawn.width, newDrawn.height);
     scale_ = newScale;
     drawn = newDrawn;
     usedDepth = nullptr;
-    lastContent = 0;
+    return false;
 }
 
 void ScenePictures::setLamps(const particles::Exposure& exposure)

@@ -28,7 +28,7 @@ struct ScenePictures : PassInputs {
     bool needsWholePlate() const;
 
     // Before a frame is drawn, in this order.
-    void look(double scale, const Window& drawn);
+    bool look(double scale, const Window& drawn);  ///< true: as at the frame before
     void setDepth(FrameNumber frame, const particles::Exposure& exposure, ConstImageViewF plate, bool isSamePlate);
     void setTables(const particles::Exposure& exposure);
     void setLamps(const particles::Exposure& exposure);
