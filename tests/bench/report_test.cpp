@@ -82,7 +82,7 @@ TEST(Knobs, HaveTheirDefaultAmongTheirValues)
         EXPECT_EQ(std::count(names.begin(), names.end(), knob.name), 0) << knob.name;
         names.push_back(knob.name);
     }
-    EXPECT_EQ(names.size(), 16u);
+    EXPECT_EQ(names.size(), 17u);
 }
 
 }  // namespace

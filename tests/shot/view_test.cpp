@@ -155,6 +155,26 @@ TEST(View, RegionIsACropOfTheWholeByShaders)
     expectCrops(renderer);
 }
 
+/// A host says that the plate is the one before; another part of it has to be uploaded all the same.
+TEST(View, AnotherPartOfTheSamePlate)
+{
+    for (const char* device : {"cpu", "0"}) {
+        Compositor compositor(rainOnGround(), {width, height, 24, 0}, {.wanted = {}, .device = device},
+                              samplesOf(plateOf(width, height)));
+        const auto render = [&](const View& view, std::uint64_t content) {
+            io::PlateFrame plate;
+            plate.number = 7;
+            plate.content = content;
+            plate.pixels = plateOf(width, height);
+            return compositor.render(std::move(plate), view, {}).beauty;
+        };
+        const ImageF whole = render({}, 5);
+        const Window part{64, 48, 96, 64};
+        EXPECT_LT(rms(render({.region = part}, 5), placed(render({}, 0), {0, 0, width, height}, part)), 1e-4) << device;
+        EXPECT_EQ(greatestDifference(render({}, 5), whole), 0) << device;
+    }
+}
+
 TEST(View, RegionIsACropWithDepthImagesNearDropsAndACameraThatMoves)
 {
     const TemporaryFolder folder;
