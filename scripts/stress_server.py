@@ -79,7 +79,7 @@ class Stress:
                     self.memory.append(self.server.memory_mb())
                     time.sleep(0.2)
                 self.seconds = time.monotonic() - begun
-                self.metrics = client.get("/metrics").body.decode()
+                self.metrics = self.server.client().get("/metrics").body.decode()  # the first one has been idle for too long
                 if self.server.process.poll() is not None:
                     self.wrong.append("the server ended")
             finally:
