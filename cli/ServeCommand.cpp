@@ -30,7 +30,7 @@ struct ServeArguments {
 const char* const examples = R"(Examples:
   virga serve --root /shots --listen 8717 --plate street.mp4     the page for the artist: open the address that it prints
   virga serve --root /shots --socket /run/user/1000/virga.sock   for programs of this machine
-  curl --unix-socket virga.sock -d '{"plate": "street.mp4"}' http://localhost/sessions
+  curl --unix-socket virga.sock -H 'Content-Type: application/json' -d '{"plate": "street.mp4"}' http://localhost/sessions
 docs/server.md has the interface, docs/openapi.json its description.)";
 
 std::string firstWord(const std::string& path)
