@@ -154,7 +154,7 @@ Runner addServeCommand(CLI::App& app, CLI::App*& command)
         command->add_option(flag, value, help)
             ->type_name(unit)
             ->group(limits)
-            ->check([flag, least, most](const std::string& text) {
+            ->check([least, most](const std::string& text) {
                 char* end = nullptr;
                 const double given = std::strtod(text.c_str(), &end);
                 return *end == 0 && given >= least && given <= most

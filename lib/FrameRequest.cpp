@@ -62,7 +62,8 @@ FrameRequest::FrameRequest(const virga_request* given, int width, int height, bo
     for (const auto& [layer, picture] : wanted) {
         if (picture == nullptr) continue;
         const char* name = picture == r.beauty ? "beauty" : picture == r.graded_plate ? "graded_plate" : layer;
-        const Picture& output = outputs.emplace_back(layer, Picture(picture, name, region)).picture;
+        outputs.push_back({layer, Picture(picture, name, region)});
+        const Picture& output = outputs.back().picture;
         const Window& window = output.window();
         if (!window.contains(region))
             throw Error(ErrorCode::InvalidArgument,

@@ -22,7 +22,7 @@ VIRGA_SIMD void addMasked(const float* __restrict values, const float* __restric
 VIRGA_SIMD void markDry(const float* __restrict mean, const float* __restrict trusted, float limit, int count,
                         float* __restrict to)
 {
-    for (int i = 0; i < count; ++i) to[i] = (std::abs(mean[i]) <= limit) & (trusted[i] > leastTrust) ? 1.0f : 0.0f;
+    for (int i = 0; i < count; ++i) to[i] = ((std::abs(mean[i]) <= limit) & (trusted[i] > leastTrust)) ? 1.0f : 0.0f;
 }
 
 VIRGA_SIMD void markWet(const float* __restrict mean, const float* __restrict trusted, const float* __restrict limits,

@@ -29,7 +29,7 @@ PassInputs::Tables PassInputs::tablesFor(const particles::Exposure& exposure) co
 {
     const particles::Visibility visibility = rain ? rain->visibility(exposure) : particles::Visibility{};
     Tables tables{std::vector<float>(tableSize), std::vector<float>(2 * tableSize)};
-    auto& [fog, veil] = tables;
+    std::vector<float>&fog = tables.fog, &veil = tables.veil;
     parallelFor(0, std::ptrdiff_t(tableSize), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         for (auto i = std::size_t(first); i < std::size_t(last); ++i) {
             if (plan.features.fog) fog[i] = float(fogOpticalDepth(depthOfEntry(i), exposure));
