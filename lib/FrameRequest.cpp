@@ -36,18 +36,12 @@ Window checkedRegion(const virga_window& given, const Window& frame)
 
 }  // namespace
 
-Window frameAt(int width, int height, double scale)
-{
-    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * scale))); };
-    return {0, 0, side(width), side(height)};
-}
-
 FrameRequest::FrameRequest(const virga_request* given, int width, int height, bool needsPictures)
 {
     const virga_request r = known(given);
     std::tie(number, later) = checkedFrame(r.frame);
     scale = checkedScale(r.scale);
-    frame = frameAt(width, height, scale);
+    frame = shot::frameAt(width, height, scale);
     region = checkedRegion(r.region, frame);
     progress = r.progress;
     user = r.user;

@@ -11,9 +11,6 @@
 
 namespace virga::lib {
 
-/// Size of a frame at a scale. shot/View.h
-Window frameAt(int width, int height, double scale);
-
 struct FrameRequest {
     /// width, height: of the frame at scale 1. needsPictures: it is to be rendered, not only talked about. Throws
     /// Error(InvalidArgument) naming the field or picture.

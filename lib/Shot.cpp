@@ -75,7 +75,7 @@ void Shot::addSample(FrameNumber frame, const virga_picture* given)
 {
     const Picture plate(given, "plate sample", Window{0, 0, width_, height_});
     const std::lock_guard turn(turn_);
-    const Window whole = lib::frameAt(width_, height_, 1);
+    const Window whole = shot::frameAt(width_, height_, 1);
     if (!plate.window().contains(whole))
         throw Error(ErrorCode::InvalidArgument,
                     "plate sample of frame {}: {} x {} at ({}, {}); must be the whole {} x {}", frame,
@@ -174,6 +174,6 @@ bool Shot::isIdentity() const
     return shot::planFrame(settings_, {}, false).isPassThrough();
 }
 
-Window Shot::frameAt(double scale) const { return lib::frameAt(width_, height_, checkedScale(scale)); }
+Window Shot::frameAt(double scale) const { return shot::frameAt(width_, height_, checkedScale(scale)); }
 
 }  // namespace virga::lib

@@ -214,8 +214,7 @@ FrameAnswer Session::frame(const FrameQuery& query, Format format, std::string_v
     answer.data = query.view.region;
     if (answer.data.isEmpty()) {
         const io::PlateInfo& plate = prepared.shelf->info();
-        answer.data = {0, 0, int(std::lround(plate.width * query.view.scale)),
-                       int(std::lround(plate.height * query.view.scale))};
+        answer.data = shot::frameAt(plate.width, plate.height, query.view.scale);
     }
     if (format != Format::Shared) {
         if (holdsTag(ifNoneMatch, answer.etag)) {

@@ -118,9 +118,10 @@ Picture SessionRenderer::renderOnce(const RenderTask& task, const Watch& watch, 
     const shot::Shot& shot = task.inputs->shot;
     io::PlateFrame plate = plateOf(task, view);
     Picture picture;
-    picture.frameWidth = int(std::lround(shot.width * view.scale));
-    picture.frameHeight = int(std::lround(shot.height * view.scale));
-    picture.data = view.region.isEmpty() ? Window{0, 0, picture.frameWidth, picture.frameHeight} : view.region;
+    const Window frame = shot::frameAt(shot.width, shot.height, view.scale);
+    picture.frameWidth = frame.width;
+    picture.frameHeight = frame.height;
+    picture.data = view.region.isEmpty() ? frame : view.region;
     const std::map<std::string, double> before = compositor.statistics().passMs;
     picture.frame = compositor.render(std::move(plate), view, watch);
     if (picture.frame.beauty.width() != picture.data.width || picture.frame.beauty.height() != picture.data.height)

@@ -79,8 +79,7 @@ ViewWindows ScenePictures::windowsFor(const View& view) const
         const double focal = frameExposureAt(shot.firstFrame).projection.fullFocal_px() * view.scale;
         splashReach = int(std::ceil(std::min(4096.0, focal * reach_m / nearest_m)));
     }
-    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * view.scale))); };
-    return windowsOf(view, {0, 0, side(shot.width), side(shot.height)}, blurReach, splashReach);
+    return windowsOf(view, frameAt(shot.width, shot.height, view.scale), blurReach, splashReach);
 }
 
 bool ScenePictures::needsWholePlate() const

@@ -11,6 +11,7 @@
 #include "core/Log.h"
 #include "io/ImageFile.h"
 #include "shot/CameraTrack.h"
+#include "shot/View.h"
 
 namespace virga::shot {
 namespace {
@@ -102,11 +103,7 @@ void ShotScene::look(double scale, const Window& region)
     region_ = region;
 }
 
-Window ShotScene::frameWindow() const
-{
-    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * scale_))); };
-    return {0, 0, side(shot.width), side(shot.height)};
-}
+Window ShotScene::frameWindow() const { return frameAt(shot.width, shot.height, scale_); }
 
 camera::Projection ShotScene::frameProjectionAt(const camera::Pose& pose) const
 {

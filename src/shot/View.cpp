@@ -39,6 +39,12 @@ void check(const View& view)
 
 }  // namespace
 
+Window frameAt(int width, int height, double scale) noexcept
+{
+    const auto side = [&](int pixels) { return std::max(1, int(std::lround(pixels * scale))); };
+    return {0, 0, side(width), side(height)};
+}
+
 ViewWindows windowsOf(const View& view, const Window& frame, int blurReach, int splashReach)
 {
     check(view);
@@ -77,8 +83,9 @@ ImageF proxyOf(ConstImageViewF frame, double scale)
         int first = 0;
         std::vector<float> shares;
     };
-    const auto spansOf = [&](int pixels) {
-        std::vector<Span> spans(std::size_t(std::max(1L, std::lround(pixels * scale))));
+    const Window small = frameAt(frame.width(), frame.height(), scale);
+    const auto spansOf = [&](int pixels, int count) {
+        std::vector<Span> spans(static_cast<std::size_t>(count));
         for (std::size_t i = 0; i < spans.size(); ++i) {
             const double from = std::min(double(i) / scale, pixels - 1.0);
             const double to = std::clamp(double(i + 1) / scale, from + 1e-6, double(pixels));
@@ -88,9 +95,9 @@ ImageF proxyOf(ConstImageViewF frame, double scale)
         }
         return spans;
     };
-    const std::vector<Span> columns = spansOf(frame.width()), rows = spansOf(frame.height());
+    const std::vector<Span> columns = spansOf(frame.width(), small.width), rows = spansOf(frame.height(), small.height);
     const int channels = frame.channels();
-    ImageF proxy(int(columns.size()), int(rows.size()), channels);
+    ImageF proxy(small.width, small.height, channels);
     parallelFor(0, proxy.height(), 8, [&](std::ptrdiff_t first, std::ptrdiff_t last) {
         std::vector<float> sums(std::size_t(frame.width()) * std::size_t(channels));
         for (auto y = int(first); y < int(last); ++y) {

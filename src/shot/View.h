@@ -7,7 +7,10 @@
 
 namespace virga::shot {
 
-/// Pixels of a view are those of the frame at `scale`: round(width * scale) x round(height * scale), pixel (x, y) of it
+/// All of a frame of width x height pixels at a scale of it: each side rounded, a pixel at least.
+Window frameAt(int width, int height, double scale) noexcept;
+
+/// Pixels of a view are those of the frame at `scale` (frameAt); pixel (x, y) of it
 /// covers [x, x + 1) / scale of the frame's. The lens's axis stays on the frame's middle.
 struct View {
     double scale = 1;  ///< of each side, in (0, 1]: a proxy

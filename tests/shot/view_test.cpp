@@ -244,6 +244,13 @@ TEST(View, HalfScaleIsTheWholeReduced)
     }
 }
 
+TEST(View, AFrameHasAPixelAtLeast)
+{
+    EXPECT_EQ(frameAt(64, 48, 0.001), (Window{0, 0, 1, 1}));
+    EXPECT_EQ(frameAt(961, 541, 0.5), (Window{0, 0, 481, 271}));
+    EXPECT_EQ(frameAt(16384, 1, 1), (Window{0, 0, 16384, 1}));
+}
+
 TEST(View, ProxyOfAPlateIsItsMean)
 {
     const ImageF plate = plateOf(width, height);
