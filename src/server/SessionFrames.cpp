@@ -109,12 +109,12 @@ Session::Prepared Session::prepare(const FrameQuery& query)
         throw Refusal(422, "input", "plate '{}', frame {}: is no longer there", plateName_, result.plateFrame);
 
     const shot::Settings& s = task.settings;
-    std::string fileStamps;
-    for (const std::string* path : {&s.depth, &s.env, &s.lights, &s.mattes, &s.camera, &s.gradeFrom, &s.ocio})
-        if (!path->empty()) fileStamps += *path + ServedFolder::stampOf(*path, query.frame) + "|";
-    std::string steadyStamps;  // of files that are read once for all frames
-    for (const std::string* path : {&s.depth, &s.env, &s.lights, &s.mattes, &s.camera, &s.gradeFrom, &s.ocio})
-        if (!path->empty() && !io::isFramePattern(*path)) steadyStamps += *path + ServedFolder::stampOf(*path, 0) + "|";
+    std::string fileStamps, steadyStamps;  // the latter of files that are read once for all frames
+    for (const std::string* path : {&s.depth, &s.env, &s.lights, &s.mattes, &s.camera, &s.gradeFrom, &s.ocio}) {
+        if (path->empty()) continue;
+        fileStamps += *path + ServedFolder::stampOf(*path, query.frame) + "|";
+        if (!io::isFramePattern(*path)) steadyStamps += *path + ServedFolder::stampOf(*path, 0) + "|";
+    }
     task.inputs = inputsFor(s, steadyStamps, query.wantsLayers());
     result.pictureKey =
         fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", platePath, task.settingsKey, task.inputs->key, fileStamps,
